@@ -1,0 +1,61 @@
+// The view's uniforms and the picture's tables. Rust twins: `ViewUniforms` in src/gpu/view.rs and
+// `Packed` in src/gpu/pack.rs; tests/suite/shaders.rs compares sizes, offsets and constants.
+//
+// Everything here stays inside WebGL2: tables are textures read with textureLoad, loops have
+// fixed bounds, powers of two are masked and shifted.
+
+struct View {
+    // The source pixel that holds the middle of the view, and the middle's place in it.
+    anchor: vec2<i32>,
+    offset: vec2<f32>,
+    // The viewport, in screen pixels.
+    screen: vec2<f32>,
+    // The picture, in source pixels.
+    picture: vec2<i32>,
+    // (scale, shift) from the position built-in's y to the viewport's, which runs from the top.
+    y_axis: vec2<f32>,
+    // Source pixels per screen pixel, and per sub-sample.
+    pixel: f32,
+    sub_pixel: f32,
+    // Sub-samples along an axis of a screen pixel.
+    samples: u32,
+    // Texels that reach into a cell along an axis: 3 (quadratic kernel) or 2 (linear).
+    taps: u32,
+    block_log2: u32,
+    flags: u32,
+}
+
+// Blend across boundaries.
+const ANTIALIAS = 1u;
+// Give straight colours, not premultiplied ones.
+const STRAIGHT = 2u;
+// Lists may have rows of planes.
+const PLANES = 4u;
+
+const MAX_CANDIDATES = 16u;
+const MAX_SAMPLES = 4u;
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var blocks: texture_2d<u32>;
+@group(0) @binding(2) var cells: texture_2d<u32>;
+@group(0) @binding(3) var texels: texture_2d<u32>;
+@group(0) @binding(4) var lists: texture_2d<u32>;
+@group(0) @binding(5) var styles: texture_2d<f32>;
+@group(0) @binding(6) var planes: texture_2d<f32>;
+
+// Long tables are folded into rows of this many texels.
+const WIDTH_LOG2 = 12u;
+
+fn folded(index: u32) -> vec2<u32> {
+    return vec2(index & ((1u << WIDTH_LOG2) - 1u), index >> WIDTH_LOG2);
+}
+
+// A block's or a cell's word that names one region for all of it.
+const SOLID = 0x80000000u;
+const REGION_MASK = 0x00ffffffu;
+// A block's word otherwise: where its cells start, and log2 of its texel size above.
+const CELLS_MASK = 0x0fffffffu;
+const TEXEL_LOG2_SHIFT = 28u;
+// A cell's word otherwise: where its list starts, and the list's length above.
+const LIST_MASK = 0x03ffffffu;
+const COUNT_SHIFT = 26u;

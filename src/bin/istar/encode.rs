@@ -1,0 +1,103 @@
+//! `istar encode`
+
+use crate::{Outcome, files, pictures, progress};
+use clap::ValueEnum;
+use istar::{EncodeOptions, Gamma, Image, Kernel, container};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Encode a PNG: flat colours in 8 bits, or labels in 16-bit grey
+#[derive(clap::Args)]
+pub struct Args {
+    /// The PNG
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// Where to write the .istar file
+    #[arg(short, long, value_name = "OUT.istar")]
+    output: PathBuf,
+    #[command(flatten)]
+    options: Options,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// How to encode.
+#[derive(clap::Args)]
+struct Options {
+    /// Source pixels a texel stands for: 2, 4, 8, 16, 32 or 64
+    #[arg(long, value_name = "N", default_value_t = EncodeOptions::default().texel_size)]
+    texel_size: u32,
+    /// Interpolation of texels
+    #[arg(long, value_enum, default_value_t = KernelName::Quadratic)]
+    kernel: KernelName,
+    /// Decoding function
+    #[arg(long, value_enum, default_value_t = GammaName::Voronoi)]
+    gamma: GammaName,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum KernelName {
+    /// Smooth curves
+    Quadratic,
+    /// As in the paper
+    Linear,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum GammaName {
+    /// The nearest node wins
+    Voronoi,
+    /// Boundaries may have planes of their own: T junctions come out as T
+    Planes,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let options = EncodeOptions {
+        texel_size: args.options.texel_size,
+        kernel: match args.options.kernel {
+            KernelName::Quadratic => Kernel::Quadratic,
+            KernelName::Linear => Kernel::Linear,
+        },
+        gamma: match args.options.gamma {
+            GammaName::Voronoi => Gamma::Voronoi,
+            GammaName::Planes => Gamma::Planes,
+        },
+        ..EncodeOptions::default()
+    };
+    let output = files::Output::create(&args.output)?;
+    let (image, bytes) = encode_file(&args.input, &options)?;
+    output.finish(&bytes)?;
+    let [width, height] = image.size;
+    if args.json {
+        println!(
+            "{}",
+            json!({
+                "bytes": bytes.len(),
+                "size": image.size,
+                "regions": image.regions.len(),
+                "texel_size": options.texel_size,
+            })
+        );
+    } else {
+        println!(
+            "{}: {width}×{height} pixels, {} regions, {} bytes",
+            args.output.display(),
+            image.regions.len(),
+            bytes.len()
+        );
+    }
+    Ok(())
+}
+
+/// Reads and encodes a picture; the model and the file's bytes.
+pub fn encode_file(input: &Path, options: &EncodeOptions) -> Result<(Image, Vec<u8>), String> {
+    let stages = progress::Stages::new();
+    stages.set("reading");
+    let source = pictures::read_source(input, &options.limits)?;
+    let image = istar::encode(&source, options, |stage| stages.set(stage))
+        .map_err(|error| files::at(input, &error))?;
+    stages.set("packing");
+    let bytes = container::write(&image).map_err(|error| files::at(input, &error))?;
+    Ok((image, bytes))
+}

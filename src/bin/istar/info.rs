@@ -1,0 +1,89 @@
+//! `istar info`
+
+use crate::{Outcome, files};
+use istar::model::Block;
+use istar::{Image, container, embed, raster};
+use serde_json::json;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+/// Tell what is in a file
+#[derive(clap::Args)]
+pub struct Args {
+    /// The .istar file
+    #[arg(value_name = "IN.istar")]
+    input: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let (image, bytes) = files::read_image(&args.input)?;
+    let parts = container::parts(&bytes).map_err(|error| files::at(&args.input, &error))?;
+    let sizes = texel_sizes(&image);
+    let violations = embed::model_violations(&image);
+    let seams = raster::seams(&image);
+    let head = bytes.len() - parts.iter().map(|part| part.stored as usize).sum::<usize>();
+    if args.json {
+        let mut by_part = serde_json::Map::new();
+        by_part.insert("head".into(), head.into());
+        by_part.extend(parts.iter().map(|part| (part.name(), part.stored.into())));
+        println!(
+            "{}",
+            json!({
+                "size": image.size,
+                "regions": image.regions.len(),
+                "nodes": image.nodes.len(),
+                "ghosts": image.ghosts().len(),
+                "edges": image.edges.len(),
+                "faces": image.faces.len(),
+                "texel_size": sizes,
+                "kernel": image.kernel.name(),
+                "gamma": image.gamma.name(),
+                "tiles": 1,
+                "levels": 1,
+                "violations": violations,
+                "seams": seams,
+                "bytes": bytes.len(),
+                "bytes_by_part": by_part,
+            })
+        );
+        return Ok(());
+    }
+    let [width, height] = image.size;
+    let sizes: Vec<String> = sizes.iter().map(u32::to_string).collect();
+    println!("size        {width}×{height} pixels");
+    println!("regions     {}", image.regions.len());
+    println!(
+        "complex     {} nodes ({} of them ghosts), {} edges, {} faces",
+        image.nodes.len(),
+        image.ghosts().len(),
+        image.edges.len(),
+        image.faces.len()
+    );
+    println!(
+        "texel size  {}",
+        if sizes.is_empty() { "none: all solid".into() } else { sizes.join(", ") }
+    );
+    println!("kernel      {}", image.kernel.name());
+    println!("gamma       {}", image.gamma.name());
+    println!("tiles       1, levels 1");
+    println!("violations  {violations}");
+    println!("seams       {seams}");
+    println!("bytes       {}", bytes.len());
+    println!("  head      {head}");
+    for part in &parts {
+        println!("  {}      {}", part.name(), part.stored);
+    }
+    Ok(())
+}
+
+/// The texel sizes in use, smallest first.
+fn texel_sizes(image: &Image) -> BTreeSet<u32> {
+    let size = |block: &Block<3>| match block {
+        Block::Solid(_) => None,
+        Block::Cells(cells) => Some(1 << cells.texel_log2),
+    };
+    image.blocks.iter().filter_map(size).collect()
+}

@@ -1,0 +1,134 @@
+//! `istar render`
+
+use crate::{Outcome, files, pictures, progress};
+use clap::ValueEnum;
+use istar::grid::Point;
+use istar::{Camera, Image, Limits, MAX_SCALE, raster};
+use rayon::prelude::*;
+use std::path::PathBuf;
+
+/// Draw one view of a picture to a PNG
+#[derive(clap::Args)]
+pub struct Args {
+    /// The .istar file
+    #[arg(value_name = "IN.istar")]
+    input: PathBuf,
+    /// Where to write the PNG
+    #[arg(short, long, value_name = "OUT.png")]
+    output: PathBuf,
+    /// The source pixel in the middle, e.g. 1200.5,800.25
+    #[arg(long, value_name = "X,Y", value_parser = parse_center, allow_hyphen_values = true)]
+    center: Point<2>,
+    /// Screen pixels per source pixel
+    #[arg(long, value_name = "S", value_parser = parse_scale)]
+    scale: f64,
+    /// Screen pixels, e.g. 800x600
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: [u32; 2],
+    /// What draws it
+    #[arg(long, value_enum, default_value_t = Backend::Cpu)]
+    backend: Backend,
+    /// Let the middle of each pixel decide, without blending
+    #[arg(long)]
+    no_antialias: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Backend {
+    /// The exact reference
+    Cpu,
+    /// The shaders that the viewer runs
+    Gpu,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let output = files::Output::create(&args.output)?;
+    let (image, _) = files::read_image(&args.input)?;
+    let mut camera = Camera::new(image.size, args.size);
+    camera.look_at(args.center, args.scale);
+    let pixels = match args.backend {
+        Backend::Cpu => draw_cpu(&image, &camera, !args.no_antialias),
+        Backend::Gpu => draw_gpu(&image, &camera, !args.no_antialias)?,
+    };
+    output.finish(&pictures::write_png(args.size, &pixels)?)
+}
+
+/// Draws a view on all cores.
+pub fn draw_cpu(image: &Image, camera: &Camera, antialias: bool) -> Vec<[u8; 4]> {
+    let [width, height] = camera.viewport();
+    let bar = progress::rows(height);
+    let mut pixels = vec![[0; 4]; istar::grid::count([width, height])];
+    pixels.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
+        raster::render_row(image, camera, y as u32, antialias, row);
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    pixels
+}
+
+#[cfg(feature = "gpu")]
+fn draw_gpu(image: &Image, camera: &Camera, antialias: bool) -> Result<Vec<[u8; 4]>, String> {
+    istar::gpu::render(image, camera, antialias).map_err(|error| error.to_string())
+}
+
+#[cfg(not(feature = "gpu"))]
+fn draw_gpu(_: &Image, _: &Camera, _: bool) -> Result<Vec<[u8; 4]>, String> {
+    Err("this istar was built without GPU support: build it with --features cli,gpu, or take \
+         --backend cpu"
+        .into())
+}
+
+fn parse_center(text: &str) -> Result<Point<2>, String> {
+    let (x, y) = text.split_once(',').ok_or("two numbers with a comma, e.g. 1200.5,800.25")?;
+    let ((xw, xf), (yw, yf)) = (parse_coordinate(x)?, parse_coordinate(y)?);
+    Ok(Point { whole: [xw, yw], frac: [0.0; 2] }.offset([xf, yf]))
+}
+
+/// Whole part and fraction are read apart, so that every digit of the fraction counts.
+fn parse_coordinate(text: &str) -> Result<(i64, f64), String> {
+    let text = text.trim();
+    let fault = || format!("“{text}” is not a decimal number of pixels");
+    let (sign, digits) = match text.strip_prefix('-') {
+        Some(rest) => (-1, rest),
+        None => (1, text),
+    };
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let only_digits = |part: &str| part.bytes().all(|b| b.is_ascii_digit());
+    if (whole.is_empty() && fraction.is_empty()) || !only_digits(whole) || !only_digits(fraction) {
+        return Err(fault());
+    }
+    let whole: i64 = if whole.is_empty() { 0 } else { whole.parse().map_err(|_| fault())? };
+    let fraction: f64 = format!("0.{fraction}0").parse().map_err(|_| fault())?;
+    Ok((sign * whole, f64::from(sign as i32) * fraction))
+}
+
+fn parse_scale(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(scale) if scale > 0.0 && scale <= MAX_SCALE => Ok(scale),
+        _ => Err(format!("a number above 0 and up to {MAX_SCALE}")),
+    }
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let (width, height) =
+        text.split_once(['x', '×']).ok_or("two numbers with an x, e.g. 800x600")?;
+    let side = |text: &str| text.trim().parse().map_err(|_| format!("“{text}” is not a size"));
+    let size = [side(width)?, side(height)?];
+    Limits::default().check_size(size).map_err(|error| error.to_string())?;
+    Ok(size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_center_keeps_its_digits() {
+        let center = parse_center("4000.00000000000000123, -0.25").unwrap();
+        assert_eq!(center.whole, [4000, -1]);
+        assert_eq!(center.frac, [1.23e-15, 0.75]);
+        for bad in ["1", "1,", "a,b", "1e3,2", "1.2.3,4", "--1,2", "99999999999999999999,0"] {
+            assert!(parse_center(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! `istar verify`
+
+use crate::{Outcome, files, progress};
+use istar::{container, embed, raster};
+use std::path::PathBuf;
+
+/// Check every checksum, index and invariant of a file, by decoding
+#[derive(clap::Args)]
+pub struct Args {
+    /// The .istar file
+    #[arg(value_name = "IN.istar")]
+    input: PathBuf,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let stages = progress::Stages::new();
+    stages.set("reading");
+    // Reading checks lengths, checksums, indices and orders.
+    let (image, bytes) = files::read_image(&args.input)?;
+    stages.set("decoding");
+    let regions = istar::decode_regions(&image);
+    if let Some(pixel) = regions.iter().position(Option::is_none) {
+        let [x, y] = istar::grid::place(image.size, pixel);
+        return Err(format!("{}: pixel {x},{y} decodes to no region", args.input.display()));
+    }
+    let again = container::write(&image).map_err(|error| files::at(&args.input, &error))?;
+    let same = container::read(&again, &istar::Limits::default()).is_ok_and(|read| read == image);
+    if !same {
+        return Err(format!("{}: written again it reads differently", args.input.display()));
+    }
+    let (violations, seams) = (embed::model_violations(&image), raster::seams(&image));
+    drop(stages);
+    println!(
+        "{}: sound: {} bytes, {} pixels decoded; {violations} violations, {seams} seams",
+        args.input.display(),
+        bytes.len(),
+        regions.len()
+    );
+    Ok(())
+}

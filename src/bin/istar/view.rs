@@ -1,0 +1,109 @@
+//! `istar view`
+
+use crate::{Outcome, encode, files};
+use axum::Router;
+use axum::extract::Path as UrlPath;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use istar::EncodeOptions;
+use rust_embed::RustEmbed;
+use std::io::Write;
+use std::net::Ipv4Addr;
+use std::path::{Path, PathBuf};
+use tower_http::services::{ServeDir, ServeFile};
+use tower_http::set_header::SetResponseHeaderLayer;
+
+/// Look at a picture in the browser
+#[derive(clap::Args)]
+pub struct Args {
+    /// A PNG (encoded first), an .istar file, or a folder to serve as it is
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// Port to serve on; 0 takes a free one
+    #[arg(long, value_name = "P", default_value_t = 8080)]
+    port: u16,
+}
+
+/// The viewer page, as `npm run build` left it.
+#[derive(RustEmbed)]
+#[folder = "dist/"]
+#[exclude = "gallery/*"]
+#[allow_missing = true]
+struct Page;
+
+pub fn run(args: &Args) -> Outcome {
+    if args.input.is_dir() {
+        return serve(Router::new().fallback_service(ServeDir::new(&args.input)), args.port);
+    }
+    if is_istar(&args.input)? {
+        files::read_image(&args.input)?;
+        return serve(one_picture(&args.input)?, args.port);
+    }
+    let (_, bytes) = encode::encode_file(&args.input, &EncodeOptions::default())?;
+    let fault = |error| format!("cannot write a temporary file: {error}");
+    let mut encoded = tempfile::NamedTempFile::new().map_err(fault)?;
+    encoded.write_all(&bytes).map_err(fault)?;
+    // Removed when the server ends and `encoded` goes out of scope.
+    serve(one_picture(encoded.path())?, args.port)
+}
+
+fn is_istar(path: &Path) -> Result<bool, String> {
+    Ok(files::read(path)?.starts_with(&istar::container::MAGIC))
+}
+
+/// The viewer's page around one picture.
+fn one_picture(picture: &Path) -> Result<Router, String> {
+    if Page::get("view.html").is_none() {
+        return Err("this istar was built without the viewer page: run `npm run build`".into());
+    }
+    Ok(Router::new()
+        .route_service("/picture.istar", ServeFile::new(picture))
+        .route("/", get(|| async { page("view.html") }))
+        .route("/{*path}", get(|UrlPath(path): UrlPath<String>| async move { page(&path) })))
+}
+
+fn page(path: &str) -> Response {
+    let kind = match path.rsplit_once('.') {
+        Some((_, "html")) => "text/html; charset=utf-8",
+        Some((_, "js")) => "text/javascript",
+        Some((_, "css")) => "text/css",
+        // Browsers compile wasm while it arrives only under its own type.
+        Some((_, "wasm")) => "application/wasm",
+        Some((_, "svg")) => "image/svg+xml",
+        _ => "application/octet-stream",
+    };
+    match Page::get(path) {
+        Some(file) => ([(header::CONTENT_TYPE, kind)], file.data.into_owned()).into_response(),
+        None => StatusCode::NOT_FOUND.into_response(),
+    }
+}
+
+fn serve(app: Router, port: u16) -> Outcome {
+    // What was encoded a moment ago must not come from the browser's cache.
+    let fresh = SetResponseHeaderLayer::overriding(
+        header::CACHE_CONTROL,
+        HeaderValue::from_static("no-cache"),
+    );
+    let app = app.layer(fresh);
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(|error| format!("cannot start the server: {error}"))?;
+    runtime.block_on(async {
+        let listener =
+            tokio::net::TcpListener::bind((Ipv4Addr::LOCALHOST, port)).await.map_err(|error| {
+                format!("cannot serve on port {port}: {error}: choose another with --port")
+            })?;
+        let address = listener.local_addr().map_err(|error| error.to_string())?;
+        println!("http://{address}/");
+        // Where stdout is a pipe, whoever reads it waits for this line.
+        std::io::stdout().flush().map_err(|error| error.to_string())?;
+        axum::serve(listener, app)
+            .with_graceful_shutdown(async {
+                let _ = tokio::signal::ctrl_c().await;
+            })
+            .await
+            .map_err(|error| format!("the server stopped: {error}"))
+    })
+}

@@ -1,0 +1,24 @@
+//! Regions to the primal and the dual complex, to their topology, and to candidate lists.
+
+mod adjacency;
+mod cells;
+mod check;
+mod covers;
+mod cracks;
+mod csr;
+mod dual;
+mod incidence;
+mod nesting;
+mod primal;
+mod topology;
+
+pub use adjacency::Adjacency;
+pub use cells::{Anchor, CellLists, Gathered};
+pub use check::{check, check_adjacency, check_duality, check_nesting};
+pub use covers::covers;
+pub use cracks::OUTSIDE;
+pub use dual::{Dual, dual};
+pub use incidence::{EdgeId, FaceId, Incidence, VolumeId};
+pub use nesting::{Loop, LoopId, Nesting};
+pub use primal::{Chain, ChainId, Dart, Junction, JunctionId, Primal};
+pub use topology::Topology;

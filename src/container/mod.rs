@@ -1,0 +1,28 @@
+//! The file: bytes to model and back. `SPEC.md` beside this file is the format, bytes first.
+
+mod bytes;
+mod directory;
+mod read;
+mod texels;
+#[cfg(feature = "encode")]
+mod write;
+
+pub use directory::{Part, parts};
+pub use read::read;
+#[cfg(feature = "encode")]
+pub use write::write;
+
+/// The version that this crate writes, and the only one it reads.
+pub const VERSION: u16 = 0;
+
+/// The first bytes of every file. The first is no ASCII and the last two a line end, so that a
+/// transfer that strips a bit or changes line ends shows at once.
+pub const MAGIC: [u8; 8] = *b"\x89ISTAR\r\n";
+
+/// The checksum of the directory and of each chunk: CRC-32 as in PNG.
+fn crc32(bytes: &[u8]) -> u32 {
+    // One table of 1 KB: the faster ones would be a tenth of the viewer's wasm.
+    const CRC: crc::Crc<u32, crc::Table<1>> =
+        crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
+    CRC.checksum(bytes)
+}

@@ -1,0 +1,5 @@
+//! Texels from regions and their nodes' positions.
+
+mod init;
+
+pub use init::start;

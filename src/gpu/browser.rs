@@ -1,0 +1,149 @@
+//! Drawing in a browser, on an `OffscreenCanvas` of its own, with WebGPU or WebGL2.
+
+use super::canvas::WebGpu;
+use super::pack::Packed;
+use super::view::{Alpha, Facts, Origin, Target, ViewUniforms};
+use super::webgl::{self, WebGl};
+use super::webgpu;
+use crate::camera::Camera;
+use crate::error::{Error, Result};
+use crate::model::{Image, RegionId};
+use web_sys::OffscreenCanvas;
+
+/// Which back end to take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Choice {
+    /// WebGPU, or WebGL2 where there is none.
+    Auto,
+    /// WebGPU.
+    WebGpu,
+    /// WebGL2.
+    WebGl2,
+}
+
+/// A device or context with its canvas. One serves any number of pictures.
+pub struct Renderer {
+    device: Device,
+    canvas: OffscreenCanvas,
+}
+
+enum Device {
+    // Boxed: it is several times as large as the other.
+    WebGpu(Box<WebGpu>),
+    WebGl(WebGl),
+}
+
+/// A picture on the GPU, for the renderer that uploaded it.
+pub struct Scene(Textures);
+
+enum Textures {
+    WebGpu(webgpu::Scene),
+    WebGl(webgl::Scene),
+}
+
+impl Scene {
+    fn facts(&self) -> &Facts {
+        match &self.0 {
+            Textures::WebGpu(scene) => &scene.facts,
+            Textures::WebGl(scene) => &scene.facts,
+        }
+    }
+}
+
+impl Renderer {
+    /// Takes a GPU.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the browser has no such back end or it does not work.
+    pub async fn create(choice: Choice) -> Result<Self> {
+        let canvas = OffscreenCanvas::new(1, 1)
+            .map_err(|_| Error::Gpu("this browser has no OffscreenCanvas".into()))?;
+        let device = match choice {
+            Choice::WebGpu => Device::WebGpu(Box::new(WebGpu::new(&canvas).await?)),
+            Choice::WebGl2 => Device::WebGl(WebGl::new(&canvas)?),
+            // A browser may offer WebGPU and then have no adapter or device for it.
+            Choice::Auto => match WebGpu::new(&canvas).await {
+                Ok(device) => Device::WebGpu(Box::new(device)),
+                Err(_) => Device::WebGl(WebGl::new(&canvas)?),
+            },
+        };
+        Ok(Renderer { device, canvas })
+    }
+
+    /// The back end in use: `webgpu` or `webgl2`.
+    pub fn backend(&self) -> &'static str {
+        match self.device {
+            Device::WebGpu(_) => "webgpu",
+            Device::WebGl(_) => "webgl2",
+        }
+    }
+
+    /// The canvas that [`draw`](Self::draw) paints. What is on it can be relied on until the task
+    /// ends: copy it in the same one.
+    pub fn canvas(&self) -> &OffscreenCanvas {
+        &self.canvas
+    }
+
+    /// Puts a picture on the GPU.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] where it does not fit into textures, [`Error::Gpu`] where the device fails.
+    pub fn upload(&self, image: &Image) -> Result<Scene> {
+        let packed = Packed::new(image)?;
+        Ok(Scene(match &self.device {
+            Device::WebGpu(device) => Textures::WebGpu(device.upload(&packed)?),
+            Device::WebGl(device) => Textures::WebGl(device.upload(&packed)?),
+        }))
+    }
+
+    /// Gives a region another colour (straight RGBA): four bytes to the GPU, nothing decoded anew.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a scene of another back end.
+    pub fn set_style(&self, scene: &Scene, region: RegionId, color: [u8; 4]) -> Result<()> {
+        match (&self.device, &scene.0) {
+            (Device::WebGpu(device), Textures::WebGpu(scene)) => {
+                device.set_style(scene, region, color);
+            }
+            (Device::WebGl(device), Textures::WebGl(scene)) => {
+                device.set_style(scene, region, color);
+            }
+            _ => return Err(foreign()),
+        }
+        Ok(())
+    }
+
+    /// Draws the camera's viewport, premultiplied, and makes the canvas as large, or as large as the
+    /// device can: then the viewport's top left part is drawn. A viewport without pixels is none of
+    /// its business.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device was lost, [`Error::Usage`] for a scene of another back end.
+    pub fn draw(&self, scene: &Scene, camera: &Camera) -> Result<()> {
+        let max_side = match &self.device {
+            Device::WebGpu(device) => device.max_side(),
+            Device::WebGl(device) => device.max_side(),
+        };
+        let size = camera.viewport().map(|n| n.min(max_side));
+        if size.contains(&0) {
+            return Ok(());
+        }
+        let origin = match self.device {
+            Device::WebGpu(_) => Origin::TopLeft,
+            Device::WebGl(_) => Origin::BottomLeft,
+        };
+        let target = Target { height: size[1], origin, alpha: Alpha::Premultiplied };
+        let uniforms = ViewUniforms::new(camera, scene.facts(), target, true);
+        match (&self.device, &scene.0) {
+            (Device::WebGpu(device), Textures::WebGpu(scene)) => {
+                device.draw(scene, &uniforms, size)
+            }
+            (Device::WebGl(device), Textures::WebGl(scene)) => device.draw(scene, &uniforms, size),
+            _ => Err(foreign()),
+        }
+    }
+}
+
+fn foreign() -> Error {
+    Error::Usage("the scene was uploaded by another renderer".into())
+}

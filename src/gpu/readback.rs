@@ -1,0 +1,155 @@
+//! Drawing into memory, natively: no window, no surface.
+
+use super::failed;
+use super::pack::Packed;
+use super::view::{Alpha, Origin, Target, ViewUniforms};
+use super::webgpu::{Gpu, MAX_SIDE, Scene};
+use crate::camera::Camera;
+use crate::error::{Error, Result};
+use crate::model::{Image, RegionId};
+
+/// Which GPU to take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Options {
+    /// Take a software adapter even where there is hardware: slower, and the same on every machine.
+    pub software: bool,
+}
+
+/// A GPU that draws into memory. One serves any number of pictures and views.
+pub struct Renderer {
+    gpu: Gpu,
+    name: String,
+}
+
+/// wgpu's rule for rows in a buffer that a texture is copied to.
+const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+impl Renderer {
+    /// Finds a GPU and readies it.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where there is none, or none that works.
+    pub fn new(options: Options) -> Result<Self> {
+        pollster::block_on(Self::connect(options))
+    }
+
+    async fn connect(options: Options) -> Result<Self> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            // Not the debug build's default, which looks for Vulkan's validation layers.
+            flags: wgpu::InstanceFlags::empty(),
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let adapter = instance
+            .request_adapter(&wgpu::RequestAdapterOptions {
+                power_preference: wgpu::PowerPreference::HighPerformance,
+                force_fallback_adapter: options.software,
+                ..Default::default()
+            })
+            .await
+            .map_err(|e| failed("no GPU was found (install a driver, or Mesa's lavapipe)", e))?;
+        let name = adapter.get_info().name;
+        let max_side = adapter.limits().max_texture_dimension_2d.min(MAX_SIDE);
+        Ok(Renderer { gpu: Gpu::new(&adapter, FORMAT, max_side).await?, name })
+    }
+
+    /// The GPU's name, for messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Puts a picture on the GPU.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] where it does not fit into textures, [`Error::Gpu`] where the device fails.
+    pub fn upload(&self, image: &Image) -> Result<Scene> {
+        self.gpu.upload(&Packed::new(image)?)
+    }
+
+    /// Gives a region another colour (straight RGBA): four bytes to the GPU, nothing decoded anew.
+    pub fn set_style(&self, scene: &Scene, region: RegionId, color: [u8; 4]) {
+        self.gpu.set_style(scene, region, color);
+    }
+
+    /// Draws the camera's viewport: straight RGBA, rows from the top.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the viewport has no pixels, [`Error::Limit`] where it is wider or higher
+    /// than the GPU's textures, [`Error::Gpu`] where the device fails.
+    pub fn render(&self, scene: &Scene, camera: &Camera, antialias: bool) -> Result<Vec<[u8; 4]>> {
+        let [width, height] = camera.viewport();
+        if width == 0 || height == 0 {
+            return Err(Error::Usage("the viewport has no pixels".into()));
+        }
+        let max_side = self.gpu.max_side();
+        if width.max(height) > max_side {
+            return Err(Error::Limit(format!(
+                "the viewport is {width}×{height} and this GPU draws {max_side} a side: \
+                 draw it in parts, or on the CPU"
+            )));
+        }
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let target = self.gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let row_bytes = (width * 4).next_multiple_of(ROW_ALIGNMENT);
+        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: u64::from(row_bytes) * u64::from(height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let to = Target { height, origin: Origin::TopLeft, alpha: Alpha::Straight };
+        let uniforms = ViewUniforms::new(camera, &scene.facts, to, antialias);
+
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let view = target.create_view(&Default::default());
+        self.gpu.draw(scene, &uniforms, &view, &mut encoder)?;
+        encoder.copy_texture_to_buffer(
+            target.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row_bytes),
+                    rows_per_image: None,
+                },
+            },
+            size,
+        );
+        self.gpu.queue.submit([encoder.finish()]);
+        self.read(&buffer, width, row_bytes)
+    }
+
+    fn read(&self, buffer: &wgpu::Buffer, width: u32, row_bytes: u32) -> Result<Vec<[u8; 4]>> {
+        // A failure is also told by `poll` or by `get_mapped_range`.
+        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+        self.gpu
+            .device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|e| failed("the GPU did not finish", e))?;
+        self.gpu.check()?;
+        let bytes = buffer.get_mapped_range(..).map_err(|e| failed("the GPU gave no pixels", e))?;
+        let rows = bytes.chunks_exact(row_bytes as usize);
+        let pixels = rows.flat_map(|row| row[..width as usize * 4].as_chunks::<4>().0);
+        Ok(pixels.copied().collect())
+    }
+}
+
+/// Draws one view of one picture on whatever GPU there is: straight RGBA, rows from the top, as many
+/// pixels as [`Camera::viewport`] has. For several views keep a [`Renderer`].
+///
+/// # Errors
+/// As [`Renderer::new`], [`Renderer::upload`] and [`Renderer::render`].
+pub fn render(image: &Image, camera: &Camera, antialias: bool) -> Result<Vec<[u8; 4]>> {
+    let renderer = Renderer::new(Options::default())?;
+    let scene = renderer.upload(image)?;
+    renderer.render(&scene, camera, antialias)
+}

@@ -1,0 +1,226 @@
+//! The WebGL2 back end on an `OffscreenCanvas`: the same tables, the same uniforms, and GLSL made of
+//! the same WGSL.
+
+use super::pack::{Format, Packed, Table};
+use super::picture;
+use super::view::{Facts, ViewUniforms};
+use crate::error::{Error, Result};
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{
+    OffscreenCanvas, WebGl2RenderingContext as Gl, WebGlBuffer, WebGlContextAttributes,
+    WebGlProgram, WebGlTexture, WebglLoseContext,
+};
+
+/// A WebGL2 context and the picture's program.
+pub(super) struct WebGl {
+    gl: Gl,
+    canvas: OffscreenCanvas,
+    program: WebGlProgram,
+    uniforms: WebGlBuffer,
+    max_side: u32,
+}
+
+/// A picture's textures in the context that made them.
+pub(super) struct Scene {
+    pub facts: Facts,
+    gl: Gl,
+    tables: Vec<WebGlTexture>,
+    regions: [u32; 2],
+}
+
+impl Drop for Scene {
+    fn drop(&mut self) {
+        for table in &self.tables {
+            self.gl.delete_texture(Some(table));
+        }
+    }
+}
+
+impl WebGl {
+    pub fn new(canvas: &OffscreenCanvas) -> Result<Self> {
+        let attributes = WebGlContextAttributes::new();
+        attributes.set_antialias(false);
+        attributes.set_depth(false);
+        let gl: Gl = canvas
+            .get_context_with_context_options("webgl2", &attributes)
+            .ok()
+            .flatten()
+            .and_then(|context| context.dyn_into().ok())
+            .ok_or_else(|| Error::Gpu("this browser has no WebGL2".into()))?;
+        let program = link(&gl)?;
+        gl.use_program(Some(&program));
+        for (unit, name) in (0..).zip(picture::GLSL_TEXTURES) {
+            gl.uniform1i(gl.get_uniform_location(&program, name).as_ref(), unit);
+        }
+        let block = gl.get_uniform_block_index(&program, picture::GLSL_UNIFORMS);
+        gl.uniform_block_binding(&program, block, 0);
+        let uniforms = gl.create_buffer().ok_or_else(|| lost(&gl))?;
+        gl.bind_buffer_base(Gl::UNIFORM_BUFFER, 0, Some(&uniforms));
+        // Asked now: a lost context says nothing.
+        let max_side = gl.get_parameter(Gl::MAX_TEXTURE_SIZE).ok().and_then(|side| side.as_f64());
+        let max_side = max_side.unwrap_or(0.0) as u32;
+        Ok(WebGl { gl, canvas: canvas.clone(), program, uniforms, max_side })
+    }
+
+    pub fn max_side(&self) -> u32 {
+        self.max_side
+    }
+
+    pub fn upload(&self, packed: &Packed) -> Result<Scene> {
+        let tables = packed.tables();
+        // Constructed first, so that what was created is freed where a later table fails.
+        let mut scene = Scene {
+            facts: packed.facts,
+            gl: self.gl.clone(),
+            tables: Vec::with_capacity(tables.len()),
+            regions: tables[Packed::STYLES].size,
+        };
+        for table in &tables {
+            let texture = self.gl.create_texture().ok_or_else(|| lost(&self.gl))?;
+            self.gl.bind_texture(Gl::TEXTURE_2D, Some(&texture));
+            scene.tables.push(texture);
+            self.fill(table)?;
+        }
+        match self.gl.get_error() {
+            Gl::NO_ERROR => Ok(scene),
+            Gl::OUT_OF_MEMORY => {
+                Err(Error::Gpu("the GPU has too little memory for this picture".into()))
+            }
+            _ => Err(lost(&self.gl)),
+        }
+    }
+
+    pub fn set_style(&self, scene: &Scene, region: u32, color: [u8; 4]) {
+        let [x, y] = Packed::style_place(region);
+        if x < scene.regions[0] && y < scene.regions[1] {
+            self.gl.bind_texture(Gl::TEXTURE_2D, Some(&scene.tables[Packed::STYLES]));
+            // It cannot fail: the place is in the texture.
+            let _ = self.write(Format::Rgba8Unorm, [x, y], [1, 1], &color);
+        }
+    }
+
+    /// Draws on the canvas, `size` large.
+    pub fn draw(&self, scene: &Scene, uniforms: &ViewUniforms, size: [u32; 2]) -> Result<()> {
+        let gl = &self.gl;
+        if gl.is_context_lost() {
+            return Err(lost(gl));
+        }
+        let [width, height] = size;
+        if self.canvas.width() != width || self.canvas.height() != height {
+            self.canvas.set_width(width);
+            self.canvas.set_height(height);
+        }
+        gl.viewport(0, 0, width as i32, height as i32);
+        gl.use_program(Some(&self.program));
+        for (unit, table) in (Gl::TEXTURE0..).zip(&scene.tables) {
+            gl.active_texture(unit);
+            gl.bind_texture(Gl::TEXTURE_2D, Some(table));
+        }
+        gl.bind_buffer(Gl::UNIFORM_BUFFER, Some(&self.uniforms));
+        gl.buffer_data_with_u8_array(Gl::UNIFORM_BUFFER, &uniforms.to_bytes(), Gl::STREAM_DRAW);
+        gl.draw_arrays(Gl::TRIANGLES, 0, 3);
+        Ok(())
+    }
+
+    /// Fills the bound texture.
+    fn fill(&self, table: &Table<'_>) -> Result<()> {
+        let gl = &self.gl;
+        // Integer textures cannot be filtered: with the default filter they read as zero.
+        for filter in [Gl::TEXTURE_MIN_FILTER, Gl::TEXTURE_MAG_FILTER] {
+            gl.tex_parameteri(Gl::TEXTURE_2D, filter, Gl::NEAREST as i32);
+        }
+        let [width, height] = table.size.map(|n| n as i32);
+        let (internal, ..) = layout(table.format);
+        gl.tex_storage_2d(Gl::TEXTURE_2D, 1, internal, width, height);
+        self.write(table.format, [0, 0], table.size, table.bytes)
+    }
+
+    /// Writes a rectangle of the bound texture.
+    fn write(&self, format: Format, at: [u32; 2], size: [u32; 2], bytes: &[u8]) -> Result<()> {
+        let (_, format, ty) = layout(format);
+        let copy = js_sys::Uint8Array::from(bytes);
+        // WebGL checks that the array's type is the texture's.
+        let source = match ty {
+            Gl::UNSIGNED_INT => js_sys::Uint32Array::new(&copy.buffer()).into(),
+            Gl::FLOAT => js_sys::Float32Array::new(&copy.buffer()).into(),
+            _ => js_sys::Object::from(copy),
+        };
+        let ([x, y], [width, height]) = (at.map(|n| n as i32), size.map(|n| n as i32));
+        self.gl
+            .tex_sub_image_2d_with_i32_and_i32_and_u32_and_type_and_opt_array_buffer_view(
+                Gl::TEXTURE_2D,
+                0,
+                x,
+                y,
+                width,
+                height,
+                format,
+                ty,
+                Some(&source),
+            )
+            .map_err(|_| lost(&self.gl))
+    }
+}
+
+impl Drop for WebGl {
+    fn drop(&mut self) {
+        // Browsers keep only some 16 contexts alive; waiting for the garbage collector costs others
+        // theirs.
+        if let Ok(Some(extension)) = self.gl.get_extension("WEBGL_lose_context") {
+            extension.unchecked_into::<WebglLoseContext>().lose_context();
+        }
+    }
+}
+
+/// Internal format, format, and what a texel's components are.
+fn layout(format: Format) -> (u32, u32, u32) {
+    match format {
+        Format::R32Uint => (Gl::R32UI, Gl::RED_INTEGER, Gl::UNSIGNED_INT),
+        Format::Rg32Uint => (Gl::RG32UI, Gl::RG_INTEGER, Gl::UNSIGNED_INT),
+        Format::Rgba32Uint => (Gl::RGBA32UI, Gl::RGBA_INTEGER, Gl::UNSIGNED_INT),
+        Format::Rgba32Float => (Gl::RGBA32F, Gl::RGBA, Gl::FLOAT),
+        Format::Rgba8Uint => (Gl::RGBA8UI, Gl::RGBA_INTEGER, Gl::UNSIGNED_BYTE),
+        Format::Rgba8Unorm => (Gl::RGBA8, Gl::RGBA, Gl::UNSIGNED_BYTE),
+    }
+}
+
+fn link(gl: &Gl) -> Result<WebGlProgram> {
+    let program = gl.create_program().ok_or_else(|| lost(gl))?;
+    let stages =
+        [(Gl::VERTEX_SHADER, picture::GLSL_VERTEX), (Gl::FRAGMENT_SHADER, picture::GLSL_FRAGMENT)];
+    let mut shaders = Vec::with_capacity(2);
+    for (stage, source) in stages {
+        let shader = gl.create_shader(stage).ok_or_else(|| lost(gl))?;
+        gl.shader_source(&shader, source);
+        gl.compile_shader(&shader);
+        gl.attach_shader(&program, &shader);
+        shaders.push(shader);
+    }
+    gl.link_program(&program);
+    if is_true(gl.get_program_parameter(&program, Gl::LINK_STATUS)) {
+        return Ok(program);
+    }
+    if gl.is_context_lost() {
+        return Err(lost(gl));
+    }
+    let logs = shaders.iter().map(|shader| gl.get_shader_info_log(shader));
+    let what: Vec<String> = logs.chain([gl.get_program_info_log(&program)]).flatten().collect();
+    let mut message = String::from("the WebGL2 driver refused the shader:");
+    for line in what {
+        // Not `join`: it is a kilobyte of wasm.
+        message.push(' ');
+        message += &line;
+    }
+    Err(Error::Gpu(message))
+}
+
+fn is_true(value: JsValue) -> bool {
+    value.as_bool().unwrap_or(false)
+}
+
+fn lost(gl: &Gl) -> Error {
+    Error::Gpu(match gl.is_context_lost() {
+        true => "the WebGL2 context was lost".into(),
+        false => "a WebGL2 call failed".into(),
+    })
+}

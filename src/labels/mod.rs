@@ -1,0 +1,7 @@
+//! Pixels to regions.
+
+mod components;
+mod source;
+
+pub use components::{Connectivity, Regions, components};
+pub use source::Source;

@@ -1,0 +1,107 @@
+//! What an encoder is given: a class for every pixel, and a colour for every class.
+
+use crate::error::{Error, Result};
+use crate::grid;
+use crate::limits::Limits;
+
+/// A picture of flat colours, or of labels. Pixels run with x fastest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source<const D: usize> {
+    size: [u32; D],
+    classes: Vec<u32>,
+    meaning: Meaning,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Meaning {
+    /// A class is a colour: its bytes are R, G, B, A.
+    Color,
+    /// A class is a label, and its colour is made up.
+    Label,
+}
+
+impl<const D: usize> Source<D> {
+    /// A picture of straight RGBA colours; fully transparent pixels are all one class.
+    ///
+    /// # Errors
+    /// As [`Limits::check_size`]; [`Error::Usage`] where the pixels are not as many as `size` says.
+    pub fn from_colors(size: [u32; D], colors: &[[u8; 4]], limits: &Limits) -> Result<Self> {
+        let class = |&c: &[u8; 4]| if c[3] == 0 { 0 } else { u32::from_le_bytes(c) };
+        Self::new(size, colors.iter().map(class).collect(), Meaning::Color, limits)
+    }
+
+    /// A picture of labels. Label 0 is shown transparent, every other in a colour of its own.
+    ///
+    /// # Errors
+    /// As [`from_colors`](Self::from_colors).
+    pub fn from_labels(size: [u32; D], labels: Vec<u32>, limits: &Limits) -> Result<Self> {
+        Self::new(size, labels, Meaning::Label, limits)
+    }
+
+    fn new(size: [u32; D], classes: Vec<u32>, meaning: Meaning, limits: &Limits) -> Result<Self> {
+        limits.check_size(size)?;
+        if classes.len() != grid::count(size) {
+            return Err(Error::Usage(format!(
+                "{} pixels were given where the size asks for {}",
+                classes.len(),
+                grid::count(size)
+            )));
+        }
+        Ok(Source { size, classes, meaning })
+    }
+
+    /// Pixels along each axis.
+    pub fn size(&self) -> [u32; D] {
+        self.size
+    }
+
+    /// The class of each pixel.
+    pub fn classes(&self) -> &[u32] {
+        &self.classes
+    }
+
+    /// The straight RGBA colour of a class.
+    pub fn color(&self, class: u32) -> [u8; 4] {
+        match self.meaning {
+            Meaning::Color => class.to_le_bytes(),
+            Meaning::Label if class == 0 => [0; 4],
+            Meaning::Label => label_color(class),
+        }
+    }
+}
+
+/// A colour for a label: hues a golden angle apart, so that labels next to each other in number
+/// differ most, at three lightnesses.
+fn label_color(label: u32) -> [u8; 4] {
+    let hue = (f64::from(label) * 0.618_033_988_749_895).fract() * 6.0;
+    let value = [0.85, 0.7, 0.95][(label / 7 % 3) as usize];
+    let saturation = [0.55, 0.7, 0.4][(label / 3 % 3) as usize];
+    let ramp = |offset: f64| {
+        let k = (offset + hue) % 6.0;
+        let c = value - value * saturation * k.min(4.0 - k).clamp(0.0, 1.0);
+        (c * 255.0).round() as u8
+    };
+    [ramp(5.0), ramp(3.0), ramp(1.0), 255]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbouring_labels_have_different_colors() {
+        let source = Source::from_labels([1, 1], vec![0], &Limits::default()).unwrap();
+        for label in 0..5000 {
+            assert_ne!(source.color(label), source.color(label + 1), "{label}");
+        }
+    }
+
+    #[test]
+    fn wrong_sizes_are_refused() {
+        let limits = Limits::default();
+        assert!(matches!(Source::from_labels([2, 2], vec![0; 3], &limits), Err(Error::Usage(_))));
+        assert!(matches!(Source::from_labels([0, 2], vec![], &limits), Err(Error::Usage(_))));
+        let huge = Source::from_labels([200_000, 200_000], vec![], &limits);
+        assert!(matches!(huge, Err(Error::Limit(_))));
+    }
+}

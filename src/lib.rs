@@ -1,0 +1,55 @@
+//! IStar stores an image as a *small raster plus the graph of its regions* and draws it with sharp
+//! boundaries at any zoom, at constant cost per pixel.
+//!
+//! ```text
+//! pixels ─ labels ─▶ labels ─ complex ─▶ complex ─ embed ─▶ embedding ─ fit ─▶ texels
+//!                                                                         │ model
+//!  bytes ◀── container ◀──────────────────────────────────────────────────┘
+//!  bytes ──▶ container ──▶ model ──▶ raster (CPU, f64 oracle) ──▶ pixels
+//!                               └──▶ gpu: pack ▶ upload ▶ shaders/*.wgsl ▶ pixels
+//! ```
+//!
+//! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera ← {container, raster,
+//! gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
+//! `encode`), and only [`encode`] joins them.
+//!
+//! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
+
+mod camera;
+#[cfg(feature = "encode")]
+mod compare;
+pub mod container;
+mod error;
+pub mod gamma;
+pub mod grid;
+mod kernel;
+mod limits;
+pub mod model;
+pub mod raster;
+
+#[cfg(feature = "encode")]
+pub mod complex;
+#[cfg(feature = "encode")]
+pub mod embed;
+#[cfg(feature = "encode")]
+mod encode;
+#[cfg(feature = "encode")]
+pub mod fit;
+#[cfg(feature = "encode")]
+pub mod labels;
+
+#[cfg(feature = "gpu")]
+pub mod gpu;
+#[cfg(all(feature = "gpu", target_arch = "wasm32"))]
+mod wasm;
+
+pub use camera::{Camera, MAX_SCALE};
+#[cfg(feature = "encode")]
+pub use compare::{BoundaryError, Comparison, compare, decode_regions};
+#[cfg(feature = "encode")]
+pub use encode::{EncodeOptions, encode};
+pub use error::{Error, Result};
+pub use gamma::Gamma;
+pub use kernel::Kernel;
+pub use limits::{Limits, MAX_CANDIDATES, MAX_REGIONS};
+pub use model::{Image, Model};

@@ -1,0 +1,7 @@
+//! Drawing on the CPU.
+
+mod reference;
+mod seams;
+
+pub use reference::{Across, Decoded, decode_at, region_at, render_row};
+pub use seams::seams;

@@ -1,0 +1,170 @@
+//! The classes that the web viewer calls. Thin: what they do is in `camera`, `container`, `raster`
+//! and `gpu::browser`.
+
+use crate::error::Error;
+use crate::gpu::browser::{self, Choice};
+use crate::grid::Point;
+use crate::limits::Limits;
+use crate::model::Image;
+use wasm_bindgen::prelude::*;
+
+/// A JavaScript `Error` whose name is the error's kind.
+fn thrown(e: Error) -> JsValue {
+    let error = js_sys::Error::new(&e.to_string());
+    error.set_name(e.kind());
+    error.into()
+}
+
+/// An opened picture.
+#[wasm_bindgen]
+pub struct Picture(Image);
+
+#[wasm_bindgen]
+impl Picture {
+    /// Reads a whole IStar file. Throws an `Error` whose name is `malformed`, `unsupported` or
+    /// `limit`.
+    pub fn open(bytes: &[u8]) -> Result<Picture, JsValue> {
+        console_error_panic_hook::set_once();
+        crate::container::read(bytes, &Limits::default()).map(Picture).map_err(thrown)
+    }
+
+    /// Source pixels from left to right.
+    #[wasm_bindgen(getter)]
+    pub fn width(&self) -> u32 {
+        self.0.size[0]
+    }
+
+    /// Source pixels from top to bottom.
+    #[wasm_bindgen(getter)]
+    pub fn height(&self) -> u32 {
+        self.0.size[1]
+    }
+
+    /// The number of regions.
+    #[wasm_bindgen(getter, js_name = regionCount)]
+    pub fn region_count(&self) -> u32 {
+        self.0.regions.len() as u32
+    }
+
+    /// The region under a device pixel of the camera's viewport; none outside the picture.
+    pub fn pick(&self, camera: &Camera, x: f64, y: f64) -> Option<u32> {
+        // The pixel's middle: what decides its colour.
+        let screen = [x, y].map(|along| along.floor() + 0.5);
+        crate::raster::region_at(&self.0, &camera.0.to_source(screen))
+    }
+
+    /// A region's colour as 0xRRGGBBAA, straight; 0 for an unknown region.
+    #[wasm_bindgen(js_name = regionColor)]
+    pub fn region_color(&self, id: u32) -> u32 {
+        self.0.regions.get(id as usize).map_or(0, |region| u32::from_be_bytes(region.color))
+    }
+}
+
+/// A view of a picture, in device pixels.
+#[wasm_bindgen]
+pub struct Camera(crate::camera::Camera);
+
+#[wasm_bindgen]
+impl Camera {
+    /// For a picture of that many source pixels; give it a viewport with `resize`, then `fit`.
+    #[wasm_bindgen(constructor)]
+    pub fn new(
+        #[wasm_bindgen(js_name = pictureWidth)] picture_width: u32,
+        #[wasm_bindgen(js_name = pictureHeight)] picture_height: u32,
+    ) -> Camera {
+        // A page may know the size only later; a picture has at least a pixel.
+        let size = [picture_width.max(1), picture_height.max(1)];
+        Camera(crate::camera::Camera::new(size, [0; 2]))
+    }
+
+    /// Changes the viewport; the centre and the scale stay.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        self.0.resize([width, height]);
+    }
+
+    /// Shows the whole picture.
+    pub fn fit(&mut self) {
+        self.0.fit();
+    }
+
+    /// Moves the picture by device pixels, as if dragged.
+    pub fn pan(&mut self, dx: f64, dy: f64) {
+        self.0.pan([dx, dy]);
+    }
+
+    /// Zooms by a factor about a place of the viewport, in device pixels.
+    pub fn zoom(&mut self, factor: f64, x: f64, y: f64) {
+        self.0.zoom(factor, [x, y]);
+    }
+
+    /// Puts a source place in the middle, at `scale` device pixels per source pixel.
+    #[wasm_bindgen(js_name = lookAt)]
+    pub fn look_at(&mut self, x: f64, y: f64, scale: f64) {
+        self.0.look_at(Point::new([x, y]), scale);
+    }
+
+    /// The source x in the middle of the viewport.
+    #[wasm_bindgen(getter)]
+    pub fn x(&self) -> f64 {
+        self.0.center().to_f64()[0]
+    }
+
+    /// The source y in the middle of the viewport.
+    #[wasm_bindgen(getter)]
+    pub fn y(&self) -> f64 {
+        self.0.center().to_f64()[1]
+    }
+
+    /// Device pixels per source pixel.
+    #[wasm_bindgen(getter)]
+    pub fn scale(&self) -> f64 {
+        self.0.scale()
+    }
+}
+
+/// A GPU and the canvas it draws on: one a page.
+#[wasm_bindgen]
+pub struct Renderer(browser::Renderer);
+
+#[wasm_bindgen]
+impl Renderer {
+    /// Takes a GPU; `auto` is WebGPU, else WebGL2. Rejects with an `Error` whose name is `gpu`.
+    pub async fn create(
+        #[wasm_bindgen(unchecked_param_type = "'auto' | 'webgpu' | 'webgl2'")] backend: String,
+    ) -> Result<Renderer, JsValue> {
+        console_error_panic_hook::set_once();
+        let choice = match backend.as_str() {
+            "webgpu" => Choice::WebGpu,
+            "webgl2" => Choice::WebGl2,
+            _ => Choice::Auto,
+        };
+        browser::Renderer::create(choice).await.map(Renderer).map_err(thrown)
+    }
+
+    /// The back end in use.
+    #[wasm_bindgen(getter, unchecked_return_type = "'webgpu' | 'webgl2'")]
+    pub fn backend(&self) -> String {
+        self.0.backend().into()
+    }
+
+    /// The canvas that `draw` paints: copy it with `drawImage` in the same task.
+    #[wasm_bindgen(getter)]
+    pub fn canvas(&self) -> web_sys::OffscreenCanvas {
+        self.0.canvas().clone()
+    }
+
+    /// Puts a picture on the GPU. Throws an `Error` whose name is `limit` or `gpu`.
+    pub fn upload(&self, picture: &Picture) -> Result<Scene, JsValue> {
+        self.0.upload(&picture.0).map(Scene).map_err(thrown)
+    }
+
+    /// Draws the camera's viewport, and makes the canvas as large. Throws an `Error` whose name is
+    /// `gpu` where the device was lost.
+    pub fn draw(&self, scene: &Scene, camera: &Camera) -> Result<(), JsValue> {
+        self.0.draw(&scene.0, &camera.0).map_err(thrown)
+    }
+}
+
+/// A picture on the GPU, for the renderer that uploaded it.
+#[wasm_bindgen]
+pub struct Scene(browser::Scene);

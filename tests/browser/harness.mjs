@@ -1,0 +1,161 @@
+// What the browser tests share: the server under test, Chromium, and pictures compared pixel by pixel.
+import { execFileSync, spawn } from 'node:child_process';
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { createInterface } from 'node:readline';
+import { chromium } from 'playwright-core';
+import { PNG } from 'pngjs';
+import { at, cli } from '../../web/tasks/project.mjs';
+
+export const BACKENDS = ['webgpu', 'webgl2'];
+
+/** Starts `istar view dist` on a free port. */
+export async function serve() {
+  const server = spawn(cli, ['view', at('dist'), '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
+  for await (const line of createInterface(server.stdout)) {
+    const url = line.match(/http:\/\/127\.0\.0\.1:\d+\//)?.[0];
+    if (url) return { url, stop: () => server.kill() };
+  }
+  throw new Error('istar view ended without printing an address.');
+}
+
+export function launch() {
+  return chromium.launch({
+    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+    headless: true,
+    // Tests may run as root, for whom Chromium has no sandbox.
+    chromiumSandbox: false,
+    args: [
+      '--disable-background-networking',
+      '--disable-component-update',
+      '--disable-sync',
+      '--no-first-run',
+      // All of these are needed to have WebGPU and WebGL2 at once without a graphics card.
+      '--enable-unsafe-webgpu',
+      '--enable-features=Vulkan',
+      '--use-vulkan=swiftshader',
+      '--use-angle=swiftshader',
+      '--use-webgpu-adapter=swiftshader',
+      '--enable-unsafe-swiftshader',
+    ],
+  });
+}
+
+/** A page that keeps a record: `uncaught` holds what nobody caught, and window.seen the figure's events in order. */
+export async function newPage(browser, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 480, height: 360 }, ...options });
+  const page = await context.newPage();
+  const uncaught = [];
+  page.on('pageerror', (error) => uncaught.push(String(error)));
+  await page.addInitScript(() => {
+    window.seen = [];
+    const names = ['load', 'progress', 'error', 'viewchange', 'regionenter', 'regionleave', 'regionclick'];
+    // On the document and capturing: these events do not bubble, and a load event never reaches the window.
+    for (const name of names) {
+      const note = (event) => {
+        if (event.target?.localName === 'istar-viewer') window.seen.push({ name, detail: event.detail });
+      };
+      document.addEventListener(name, note, true);
+    }
+  });
+  return { page, uncaught, close: () => context.close() };
+}
+
+/** Opens the full-window page and waits for the picture. */
+export async function openViewer(page, base, { src = 'gallery/map.istar', backend = 'webgl2' } = {}) {
+  await page.goto(`${base}view.html?backend=${backend}&src=${encodeURIComponent(src)}`);
+  await event(page, 'load');
+}
+
+/** Waits for an event of that name and returns its detail. */
+export async function event(page, name) {
+  const found = await page.waitForFunction(
+    (wanted) => window.seen.find((seen) => seen.name === wanted),
+    name,
+  );
+  return (await found.jsonValue()).detail;
+}
+
+/** The place the painted view shows, from the last viewchange event. */
+export function place(page) {
+  return page.evaluate(async () => {
+    await document.querySelector('istar-viewer').painted;
+    return window.seen.findLast((seen) => seen.name === 'viewchange').detail;
+  });
+}
+
+export async function zoomTo(page, x, y, scale) {
+  await page.evaluate(
+    async ([x, y, scale]) => {
+      const viewer = document.querySelector('istar-viewer');
+      viewer.zoomTo(x, y, scale);
+      await viewer.painted;
+    },
+    [x, y, scale],
+  );
+}
+
+/** What the figure's own canvas holds. */
+export async function shot(page) {
+  const base64 = await page.evaluate(async () => {
+    const blob = await document.querySelector('istar-viewer').toBlob();
+    const reader = new FileReader();
+    return new Promise((resolve) => {
+      reader.onload = () => resolve(reader.result.split(',')[1]);
+      reader.readAsDataURL(blob);
+    });
+  });
+  return PNG.sync.read(Buffer.from(base64, 'base64'));
+}
+
+/** The same view drawn by the CPU in f64. */
+export function oracle(file, { x, y, scale }, { width, height }) {
+  const folder = mkdtempSync(join(tmpdir(), 'istar-'));
+  try {
+    const png = join(folder, 'oracle.png');
+    const view = ['--center', `${x},${y}`, '--scale', String(scale), '--size', `${width}x${height}`];
+    execFileSync(cli, ['render', file, '-o', png, ...view], { stdio: ['ignore', 'ignore', 'inherit'] });
+    return PNG.sync.read(readFileSync(png));
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+}
+
+export function colors(png) {
+  const words = new Set();
+  for (let i = 0; i < png.data.length; i += 4) words.add(png.data.readUInt32BE(i));
+  return words.size;
+}
+
+/** The share of pixels that differ by more than `tolerance` in a channel, and a picture of where. */
+export function difference(actual, expected, tolerance) {
+  const { width, height } = expected;
+  if (actual.width !== width || actual.height !== height) {
+    throw new Error(`${actual.width}x${actual.height} pixels instead of ${width}x${height}`);
+  }
+  const picture = new PNG({ width, height });
+  let count = 0;
+  for (let i = 0; i < expected.data.length; i += 4) {
+    let most = 0;
+    for (let c = 0; c < 4; c++) most = Math.max(most, Math.abs(actual.data[i + c] - expected.data[i + c]));
+    const differs = most > tolerance;
+    if (differs) count++;
+    picture.data.set(differs ? [255, 0, 0, 255] : [most * 40, most * 40, most * 40, 255], i);
+  }
+  return { share: count / (width * height), picture };
+}
+
+/** Puts expected | difference | actual into target/browser-failures, and says where. */
+export function keepFailure(name, expected, between, actual) {
+  const { width, height } = expected;
+  const strip = new PNG({ width: width * 3, height });
+  for (const [i, png] of [expected, between, actual].entries()) {
+    PNG.bitblt(png, strip, 0, 0, width, height, i * width, 0);
+  }
+  const folder = at('target', 'browser-failures');
+  mkdirSync(folder, { recursive: true });
+  const path = join(folder, `${name}.png`);
+  writeFileSync(path, PNG.sync.write(strip));
+  return path;
+}

@@ -1,0 +1,265 @@
+// What people see while a picture loads and when it cannot be shown.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { after, before, test } from 'node:test';
+import { at } from '../../web/tasks/project.mjs';
+import * as harness from './harness.mjs';
+
+const picture = () => readFileSync(at('dist', 'gallery', 'emblem.istar'));
+
+/** Serves pictures badly. Names that end in -once go well from the second time on. */
+const FAULTS = {
+  missing: (response) => response.writeHead(404).end(),
+  broken: (response, bytes) => {
+    response.writeHead(200, { 'content-length': bytes.length });
+    response.write(bytes.subarray(0, bytes.length / 2), () => setTimeout(() => response.destroy(), 50));
+  },
+  refused: (response) => response.destroy(),
+  truncated: (response, bytes) => response.end(bytes.subarray(0, bytes.length / 2)),
+  'wrong-magic': (response, bytes) => response.end(Buffer.concat([Buffer.from('GIF89a'), bytes.subarray(6)])),
+  empty: (response) => response.end(),
+  slow: (response, bytes) => {
+    response.writeHead(200, { 'content-length': bytes.length });
+    response.write(bytes.subarray(0, bytes.length / 4));
+    setTimeout(() => response.end(bytes.subarray(bytes.length / 4)), 1500);
+  },
+  'slow-chunked': (response, bytes) => {
+    response.write(bytes.subarray(0, bytes.length / 4));
+    setTimeout(() => response.end(bytes.subarray(bytes.length / 4)), 1500);
+  },
+};
+
+let server;
+let browser;
+let faulty;
+let base;
+const asked = new Set();
+before(async () => {
+  server = await harness.serve();
+  browser = await harness.launch();
+  faulty = createServer((request, response) => {
+    // The pages come from the other server.
+    response.setHeader('access-control-allow-origin', '*');
+    const name = request.url.slice(1);
+    if (name.endsWith('-once') && asked.has(name)) response.end(picture());
+    else FAULTS[name.replace(/-once$/, '')](response, picture());
+    asked.add(name);
+  });
+  await new Promise((ready) => faulty.listen(0, '127.0.0.1', ready));
+  base = `http://127.0.0.1:${faulty.address().port}/`;
+});
+after(async () => {
+  await browser?.close();
+  server?.stop();
+  faulty?.closeAllConnections();
+  faulty?.close();
+});
+
+const alertOf = (page) => page.locator('istar-viewer [role=alert]');
+
+async function open(src, options) {
+  const opened = await harness.newPage(browser, options);
+  await opened.page.goto(`${server.url}view.html?backend=webgl2&src=${encodeURIComponent(src)}`);
+  return opened;
+}
+
+const failures = [
+  ['missing', 'http', /404/],
+  ['broken', 'network', /broke after .* of /],
+  ['refused', 'network', /could not be reached/],
+  ['truncated', 'malformed', /./],
+  ['wrong-magic', 'malformed', /./],
+  ['empty', 'malformed', /./],
+];
+for (const [name, kind, text] of failures) {
+  test(`${name}: says so, and retry works`, async () => {
+    const { page, uncaught, close } = await open(`${base}${name}-once`);
+    const detail = await harness.event(page, 'error');
+    assert.equal(detail.kind, kind);
+    assert.match(detail.message, text);
+    await alertOf(page).getByText(detail.message).waitFor();
+
+    await page.getByRole('button', { name: 'Retry' }).click();
+    await harness.event(page, 'load');
+    await alertOf(page).getByRole('button').waitFor({ state: 'detached' });
+    assert.ok(harness.colors(await harness.shot(page)) > 1);
+    assert.deepEqual(uncaught, []);
+    await close();
+  });
+}
+
+test('progress is shown, with a share where the length is known', async () => {
+  for (const [name, total] of [
+    ['slow', picture().length],
+    ['slow-chunked', undefined],
+  ]) {
+    const { page, close } = await open(base + name);
+    const first = await harness.event(page, 'progress');
+    assert.equal(first.total, total);
+    assert.ok(first.loaded > 0 && first.loaded < picture().length);
+    const bar = page.getByRole('progressbar');
+    await bar.waitFor();
+    assert.equal(await bar.getAttribute('aria-valuenow'), total === undefined ? null : '25');
+    await harness.event(page, 'load');
+    await bar.waitFor({ state: 'hidden' });
+    await close();
+  }
+});
+
+test('a new src ends the old load, without an error', async () => {
+  const { page, uncaught, close } = await open(`${base}slow`);
+  await harness.event(page, 'progress');
+  await page.evaluate((src) => {
+    document.querySelector('istar-viewer').src = src;
+  }, 'gallery/map.istar');
+  await harness.event(page, 'load');
+  await page.waitForTimeout(1600);
+  const names = await page.evaluate(() => window.seen.map(({ name }) => name));
+  assert.equal(names.filter((name) => name === 'load').length, 1);
+  assert.ok(!names.includes('error'));
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('a removed figure stops, a moved one keeps its picture', async () => {
+  const { page, uncaught, close } = await open('gallery/emblem.istar');
+  await harness.event(page, 'load');
+  const loads = () => page.evaluate(() => window.seen.filter(({ name }) => name === 'load').length);
+  await page.evaluate(() => {
+    document.body.prepend(document.querySelector('istar-viewer'));
+  });
+  await page.waitForTimeout(200);
+  assert.equal(await loads(), 1);
+  await page.evaluate(async () => {
+    const viewer = document.querySelector('istar-viewer');
+    viewer.remove();
+    await new Promise((done) => setTimeout(done, 50));
+    document.body.append(viewer);
+  });
+  await page.waitForFunction(() => window.seen.filter(({ name }) => name === 'load').length === 2);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('an image inside stands in until the first frame', async () => {
+  const { page, close } = await harness.newPage(browser);
+  await page.goto(`${server.url}view.html?backend=webgl2&src=${encodeURIComponent(`${base}slow`)}`);
+  const dot = 'data:image/gif;base64,R0lGODlhAQABAIAAAAAAAP///yH5BAEAAAAALAAAAAABAAEAAAIBRAA7';
+  await page.evaluate((src) => {
+    document.querySelector('istar-viewer').innerHTML = `<img src="${src}" alt="A stand-in">`;
+  }, dot);
+  const image = page.locator('istar-viewer img');
+  assert.equal(await image.isVisible(), true);
+  await harness.event(page, 'load');
+  assert.equal(await image.isVisible(), false);
+  await close();
+});
+
+test('works under a strict content security policy', async () => {
+  const { page, uncaught, close } = await harness.newPage(browser);
+  await page.route('**/view.html*', async (route) => {
+    const response = await route.fetch();
+    const policy = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; img-src data:";
+    await route.fulfill({ response, headers: { ...response.headers(), 'content-security-policy': policy } });
+  });
+  const refused = [];
+  page.on(
+    'console',
+    (message) => message.text().includes('Content Security Policy') && refused.push(message.text()),
+  );
+  await harness.openViewer(page, server.url);
+  assert.deepEqual(refused, []);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+for (const backend of harness.BACKENDS) {
+  test(`the gallery page shows both pictures with ${backend}`, async () => {
+    const { page, uncaught, close } = await harness.newPage(browser, {
+      viewport: { width: 1000, height: 700 },
+    });
+    await page.goto(`${server.url}?backend=${backend}`);
+    await page.waitForFunction(() => window.seen.filter(({ name }) => name === 'load').length === 2);
+    const shown = await page.evaluate(() =>
+      [...document.querySelectorAll('istar-viewer')].map((viewer) => viewer.backend),
+    );
+    assert.deepEqual(shown, [backend, backend]);
+    assert.deepEqual(uncaught, []);
+    await close();
+  });
+}
+
+test('without WebGPU, WebGL2 draws', async () => {
+  const { page, uncaught, close } = await harness.newPage(browser);
+  await page.addInitScript(() => {
+    delete Navigator.prototype.gpu;
+  });
+  await harness.openViewer(page, server.url, { backend: 'auto' });
+  assert.equal(await page.evaluate(() => document.querySelector('istar-viewer').backend), 'webgl2');
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('without any GPU it says so', async () => {
+  const { page, uncaught, close } = await harness.newPage(browser);
+  await page.addInitScript(() => {
+    delete Navigator.prototype.gpu;
+    OffscreenCanvas.prototype.getContext = () => null;
+  });
+  await page.goto(`${server.url}view.html?src=gallery/map.istar`);
+  const detail = await harness.event(page, 'error');
+  assert.equal(detail.kind, 'gpu');
+  await alertOf(page).getByText(detail.message).waitFor();
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('a viewer that lost its own file on the way says so, and retry works', async () => {
+  const { page, uncaught, close } = await harness.newPage(browser);
+  await page.route('**/istar_bg.wasm', (route) => route.fulfill({ status: 503 }), { times: 1 });
+  await page.goto(`${server.url}view.html?src=gallery/map.istar`);
+  assert.equal((await harness.event(page, 'error')).kind, 'http');
+  await page.getByRole('button', { name: 'Retry' }).click();
+  await harness.event(page, 'load');
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+for (const backend of harness.BACKENDS) {
+  test(`a lost ${backend} device is an error, and retry takes a new one`, async () => {
+    const { page, uncaught, close } = await harness.newPage(browser);
+    await page.addInitScript(() => {
+      const getContext = OffscreenCanvas.prototype.getContext;
+      OffscreenCanvas.prototype.getContext = function (kind, ...rest) {
+        const context = getContext.call(this, kind, ...rest);
+        if (kind === 'webgl2') window.lose = () => context.getExtension('WEBGL_lose_context').loseContext();
+        return context;
+      };
+      const requestDevice = GPUAdapter.prototype.requestDevice;
+      GPUAdapter.prototype.requestDevice = async function (...rest) {
+        const device = await requestDevice.apply(this, rest);
+        window.lose = () => device.destroy();
+        return device;
+      };
+    });
+    await harness.openViewer(page, server.url, { backend });
+    await page.evaluate(async () => {
+      window.seen = [];
+      window.lose();
+      // The browser takes its time to report the loss; the first frame after the report finds out.
+      for (let scale = 1; scale < 50 && !window.seen.some(({ name }) => name === 'error'); scale++) {
+        document.querySelector('istar-viewer').zoomTo(3018, 684, scale);
+        await new Promise((done) => setTimeout(done, 100));
+      }
+    });
+    const detail = await harness.event(page, 'error');
+    assert.equal(detail.kind, 'gpu');
+    await alertOf(page).getByText(detail.message).waitFor();
+    await page.getByRole('button', { name: 'Retry' }).click();
+    await harness.event(page, 'load');
+    assert.ok(harness.colors(await harness.shot(page)) > 1);
+    assert.deepEqual(uncaught, []);
+    await close();
+  });
+}

@@ -1,0 +1,227 @@
+// Pointer, wheel, touch and keys move the view; the readout and the events follow. No matter which back end draws.
+import assert from 'node:assert/strict';
+import { after, afterEach, before, beforeEach, test } from 'node:test';
+import * as harness from './harness.mjs';
+
+let server;
+let browser;
+let page;
+let uncaught;
+let close;
+before(async () => {
+  server = await harness.serve();
+  browser = await harness.launch();
+});
+after(async () => {
+  await browser?.close();
+  server?.stop();
+});
+beforeEach(async () => {
+  ({ page, uncaught, close } = await harness.newPage(browser, { hasTouch: true, reducedMotion: 'reduce' }));
+  await harness.openViewer(page, server.url);
+});
+afterEach(async () => {
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+const near = (actual, expected, tolerance = 1e-6) =>
+  assert.ok(
+    Math.abs(actual - expected) <= tolerance * Math.max(1, Math.abs(expected)),
+    `${actual} is not ${expected}`,
+  );
+
+/** The source place under a pixel of the window. */
+const under = ({ x, y, scale }, px, py) => ({ x: x + (px - 240) / scale, y: y + (py - 180) / scale });
+
+test('a drag moves the picture with the pointer', async () => {
+  await harness.zoomTo(page, 3000, 1400, 2);
+  await page.mouse.move(200, 150);
+  await page.mouse.down();
+  await page.mouse.move(210, 160);
+  await page.mouse.move(260, 130);
+  await page.mouse.up();
+  const { x, y, scale } = await harness.place(page);
+  near(x, 3000 - 60 / 2);
+  near(y, 1400 + 20 / 2);
+  near(scale, 2);
+});
+
+test('a thrown picture coasts, unless motion is unwanted', async () => {
+  for (const [reducedMotion, coasts] of [
+    ['reduce', false],
+    ['no-preference', true],
+  ]) {
+    await page.emulateMedia({ reducedMotion });
+    await harness.zoomTo(page, 3000, 1400, 2);
+    await page.mouse.move(100, 100);
+    await page.mouse.down();
+    for (let i = 1; i <= 8; i++) await page.mouse.move(100 + 20 * i, 100);
+    await page.mouse.up();
+    await page.waitForTimeout(500);
+    const { x } = await harness.place(page);
+    if (coasts) assert.ok(x < 3000 - 85, `${x} is where the pointer let go`);
+    else near(x, 3000 - 160 / 2);
+  }
+});
+
+test('the wheel zooms about the pointer', async () => {
+  await harness.zoomTo(page, 3000, 1400, 2);
+  const before = await harness.place(page);
+  await page.mouse.move(100, 300);
+  await page.mouse.wheel(0, -200);
+  await page.waitForFunction(
+    (n) => window.seen.length > n,
+    await page.evaluate(() => window.seen.length - 1),
+  );
+  await page.waitForTimeout(100);
+  const now = await harness.place(page);
+  assert.ok(now.scale > 2.5, `the scale is ${now.scale}`);
+  near(under(now, 100, 300).x, under(before, 100, 300).x);
+  near(under(now, 100, 300).y, under(before, 100, 300).y);
+});
+
+test('a double click zooms in there, with shift out', async () => {
+  await harness.zoomTo(page, 3000, 1400, 2);
+  const before = await harness.place(page);
+  await page.mouse.dblclick(100, 300);
+  const inside = await harness.place(page);
+  near(inside.scale, 4);
+  near(under(inside, 100, 300).x, under(before, 100, 300).x);
+  await page.keyboard.down('Shift');
+  // Later than a double click, or the two pairs would count as one.
+  await page.waitForTimeout(400);
+  await page.mouse.dblclick(100, 300);
+  await page.keyboard.up('Shift');
+  near((await harness.place(page)).scale, 2);
+});
+
+test('two fingers pinch', async () => {
+  await harness.zoomTo(page, 3000, 1400, 2);
+  const before = await harness.place(page);
+  const touch = await page.context().newCDPSession(page);
+  const send = (type, ...points) =>
+    touch.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y, id]) => ({ x, y, id })) });
+  await send('touchStart', [200, 180, 1]);
+  await send('touchStart', [200, 180, 1], [240, 180, 2]);
+  for (let i = 1; i <= 10; i++) await send('touchMove', [200 - 4 * i, 180, 1], [240 + 4 * i, 180, 2]);
+  await send('touchEnd');
+  const now = await harness.place(page);
+  near(now.scale, 2 * (120 / 40), 0.02);
+  near(under(now, 220, 180).x, under(before, 220, 180).x, 0.001);
+});
+
+test('keys pan, zoom and show all', async () => {
+  const fitted = await harness.place(page);
+  await page.keyboard.press('Tab');
+  await harness.zoomTo(page, 3000, 1400, 2);
+  const steps = [
+    ['ArrowRight', { x: 3032, y: 1400, scale: 2 }],
+    ['ArrowLeft', { x: 3000, y: 1400, scale: 2 }],
+    ['ArrowDown', { x: 3000, y: 1432, scale: 2 }],
+    ['ArrowUp', { x: 3000, y: 1400, scale: 2 }],
+    ['+', { x: 3000, y: 1400, scale: 3 }],
+    ['-', { x: 3000, y: 1400, scale: 2 }],
+    ['0', fitted],
+    ['+', { ...fitted, scale: fitted.scale * 1.5 }],
+    ['Home', fitted],
+  ];
+  for (const [key, expected] of steps) {
+    await page.keyboard.press(key);
+    const now = await harness.place(page);
+    for (const name of ['x', 'y', 'scale']) near(now[name], expected[name]);
+  }
+});
+
+test('the focused figure shows a ring', async () => {
+  const ring = () =>
+    page.evaluate(() => {
+      const stage = document.querySelector('istar-viewer').shadowRoot.querySelector('.stage');
+      return getComputedStyle(stage, '::after').borderTopWidth;
+    });
+  assert.equal(await ring(), '0px');
+  await page.keyboard.press('Tab');
+  assert.equal(await ring(), '3px');
+});
+
+test('hover names the region, and a click reports it', async () => {
+  const readout = page.locator('istar-viewer .region');
+  await assert.rejects(readout.waitFor({ timeout: 200 }), 'nothing is hovered yet');
+  await page.mouse.move(240, 180);
+  await readout.waitFor();
+  const region = await page.evaluate(() => document.querySelector('istar-viewer').pick(240, 180));
+  assert.equal(await readout.textContent(), `region ${region}`);
+  assert.deepEqual(await harness.event(page, 'regionenter'), { region });
+
+  await page.mouse.click(240, 180);
+  assert.deepEqual(await harness.event(page, 'regionclick'), { region });
+
+  // The picture is twice as wide as high: there is nothing of it at the window's top.
+  await page.mouse.move(240, 5);
+  assert.deepEqual(await harness.event(page, 'regionleave'), { region });
+  await readout.waitFor({ state: 'hidden' });
+});
+
+test('the region under a resting pointer follows the view', async () => {
+  await harness.zoomTo(page, 100, 2000, 8);
+  await page.mouse.move(240, 180);
+  const sea = await harness.event(page, 'regionenter');
+  await page.evaluate(() => {
+    window.seen = [];
+  });
+  await harness.zoomTo(page, 5050, 1900, 8);
+  const land = await harness.event(page, 'regionenter');
+  assert.notDeepEqual(land, sea);
+});
+
+test('the readout tells zoom and back end', async () => {
+  await harness.zoomTo(page, 3000, 1400, 12.5);
+  assert.equal(await page.locator('istar-viewer .zoom').textContent(), '12.5×');
+  assert.equal(await page.locator('istar-viewer .backend').textContent(), 'WebGL2');
+});
+
+test('every move is one viewchange, and nothing is drawn without a change', async () => {
+  await page.evaluate(() => {
+    window.seen = [];
+  });
+  await page.waitForTimeout(200);
+  assert.deepEqual(await page.evaluate(() => window.seen), []);
+  await harness.zoomTo(page, 3000, 1400, 2);
+  const seen = await page.evaluate(() => window.seen);
+  assert.deepEqual(
+    seen.map(({ name }) => name),
+    ['viewchange'],
+  );
+});
+
+test('the view stays whole when the window changes, and a hidden figure comes back', async () => {
+  const before = await harness.place(page);
+  await page.setViewportSize({ width: 240, height: 360 });
+  await page.waitForFunction((scale) => window.seen.at(-1).detail?.scale < scale * 0.6, before.scale);
+  await page.evaluate(() => {
+    document.querySelector('istar-viewer').style.display = 'none';
+  });
+  await page.setViewportSize({ width: 480, height: 360 });
+  await page.evaluate(() => {
+    document.querySelector('istar-viewer').style.display = '';
+  });
+  await page.waitForFunction((scale) => window.seen.at(-1).detail?.scale === scale, before.scale);
+  assert.ok(harness.colors(await harness.shot(page)) > 1);
+});
+
+test('a dense screen gets all of its pixels, and scales stay in CSS pixels', async () => {
+  const dense = await harness.newPage(browser, { deviceScaleFactor: 2, reducedMotion: 'reduce' });
+  await harness.openViewer(dense.page, server.url);
+  const { width, height } = await harness.shot(dense.page);
+  assert.deepEqual({ width, height }, { width: 960, height: 720 });
+  near((await harness.place(dense.page)).scale, (await harness.place(page)).scale);
+  await harness.zoomTo(dense.page, 3000, 1400, 2);
+  await dense.page.mouse.move(240, 180);
+  await dense.page.mouse.down();
+  await dense.page.mouse.move(260, 180);
+  await dense.page.mouse.up();
+  const place = await harness.place(dense.page);
+  near(place.scale, 2);
+  near(place.x, 2990);
+  await dense.close();
+});

@@ -1,0 +1,283 @@
+//! The command: its words, its exit codes, its one line on stderr, its whole or absent output.
+
+use crate::fixtures;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Folder(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn file(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.path(name);
+        std::fs::write(&path, bytes).unwrap();
+        path
+    }
+
+    /// The names in it, half files included.
+    fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(self.0.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+fn istar(words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_istar")).args(words).output().unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn succeed(words: &[&str]) -> String {
+    let output = istar(words);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{words:?}: {stderr}");
+    assert_eq!(stderr, "", "{words:?}: a pipe gets no progress");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn json(words: &[&str]) -> serde_json::Value {
+    serde_json::from_str(&succeed(words)).unwrap()
+}
+
+/// Exit 1 and one clear line that holds `part`.
+fn fail(words: &[&str], part: &str) {
+    let output = istar(words);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{words:?}: {stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    assert!(stderr.starts_with("istar: ") && stderr.contains(part), "{words:?}: {stderr}");
+    assert!(output.stdout.is_empty());
+}
+
+fn crop_png(folder: &Folder) -> PathBuf {
+    folder.file("crop.png", &std::fs::read(fixtures::path("tests/fixtures/crop.png")).unwrap())
+}
+
+/// A PNG that is nothing but a header.
+fn png_header(width: u32, height: u32) -> Vec<u8> {
+    let mut ihdr = b"IHDR".to_vec();
+    ihdr.extend(width.to_be_bytes());
+    ihdr.extend(height.to_be_bytes());
+    ihdr.extend([8, 2, 0, 0, 0]);
+    let mut png = b"\x89PNG\r\n\x1a\n\0\0\0\x0d".to_vec();
+    png.extend(&ihdr);
+    png.extend(crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&ihdr).to_be_bytes());
+    png
+}
+
+#[test]
+fn encode_compare_info_verify_decode_and_render_work_together() {
+    let folder = Folder::new();
+    let png = crop_png(&folder);
+    let file = folder.path("crop.istar");
+    let (png, file) = (text(&png), text(&file));
+    let encoded = json(&["encode", png, "-o", file, "--texel-size", "4", "--json"]);
+    let bytes = std::fs::metadata(file).unwrap().len();
+    assert_eq!(encoded["bytes"], bytes);
+
+    let compared = json(&["compare", file, png, "--json"]);
+    assert_eq!(compared["bytes"], bytes);
+    assert!(compared["psnr"].as_f64().unwrap() > 28.0, "{compared}");
+    assert!(compared["wrong_pixels"].as_f64().unwrap() < 0.02, "{compared}");
+    assert!(compared["ratio"].as_f64().unwrap() > 5.0, "{compared}");
+    assert!(compared["boundary_error_px"]["p95"].as_f64().unwrap() < 2.0, "{compared}");
+
+    let info = json(&["info", file, "--json"]);
+    for key in ["regions", "nodes", "edges", "faces", "tiles", "levels", "violations", "seams"] {
+        assert!(info[key].is_u64(), "{key}: {info}");
+    }
+    assert_eq!(info["texel_size"], serde_json::json!([4]));
+    assert_eq!((&info["kernel"], &info["gamma"]), (&"quadratic".into(), &"voronoi".into()));
+    let parts: u64 =
+        info["bytes_by_part"].as_object().unwrap().values().map(|v| v.as_u64().unwrap()).sum();
+    assert_eq!(parts, bytes);
+
+    assert!(succeed(&["verify", file]).contains("sound"));
+    let out = folder.path("out.png");
+    let out = text(&out);
+    succeed(&["decode", file, "-o", out, "--no-antialias"]);
+    assert_eq!(png_size(out), [256, 192]);
+    succeed(&["decode", file, "-o", out, "--width", "64", "--what", "regions"]);
+    assert_eq!(png_size(out), [64, 48]);
+    succeed(&[
+        "render",
+        file,
+        "-o",
+        out,
+        "--center",
+        "100.25,-3",
+        "--scale",
+        "1000",
+        "--size",
+        "80x60",
+    ]);
+    assert_eq!(png_size(out), [80, 60]);
+    assert_eq!(folder.names(), ["crop.istar", "crop.png", "out.png"], "nothing is left over");
+}
+
+#[test]
+fn planes_are_chosen_told_and_verified() {
+    let folder = Folder::new();
+    let (png, file) = (crop_png(&folder), folder.path("crop.istar"));
+    let (png, file) = (text(&png), text(&file));
+    let psnr = |gamma: &str| {
+        succeed(&["encode", png, "-o", file, "--gamma", gamma]);
+        json(&["compare", file, png, "--json"])["psnr"].as_f64().unwrap()
+    };
+    let voronoi = psnr("voronoi");
+    assert!(psnr("planes") > voronoi);
+    let info = json(&["info", file, "--json"]);
+    assert_eq!(info["gamma"], "planes");
+    assert!(info["bytes_by_part"]["PLAN"].as_u64().unwrap() > 10, "{info}");
+    assert!(succeed(&["verify", file]).contains("sound"));
+}
+
+fn png_size(path: &str) -> [u32; 2] {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let info = png::Decoder::new(file).read_info().unwrap().info().clone();
+    [info.width, info.height]
+}
+
+#[test]
+fn every_png_kind_that_holds_flat_colours_or_labels_is_read() {
+    let folder = Folder::new();
+    let out = folder.path("o.istar");
+    for (name, color, depth, data) in [
+        ("grey", png::ColorType::Grayscale, png::BitDepth::Eight, vec![0, 255, 0, 255]),
+        ("bits", png::ColorType::Grayscale, png::BitDepth::One, vec![0x40, 0x40]),
+        ("rgba", png::ColorType::Rgba, png::BitDepth::Eight, vec![7; 16]),
+        ("palette", png::ColorType::Indexed, png::BitDepth::Eight, vec![0, 1, 1, 0]),
+        ("labels", png::ColorType::Grayscale, png::BitDepth::Sixteen, vec![0, 1, 0, 2, 3, 1, 1, 0]),
+    ] {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        if color == png::ColorType::Indexed {
+            encoder.set_palette(vec![255, 0, 0, 0, 255, 0]);
+        }
+        encoder.write_header().unwrap().write_image_data(&data).unwrap();
+        let png = folder.file(name, &bytes);
+        let report = json(&["encode", text(&png), "-o", text(&out), "--json"]);
+        let regions = [("grey", 2), ("bits", 2), ("rgba", 1), ("palette", 4), ("labels", 4)];
+        let expected = regions.iter().find(|(n, _)| *n == name).unwrap().1;
+        assert_eq!(report["regions"], expected, "{name}");
+    }
+}
+
+#[test]
+fn bad_pictures_give_one_line_and_no_file() {
+    let folder = Folder::new();
+    let out = folder.path("out.istar");
+    let crop = std::fs::read(fixtures::path("tests/fixtures/crop.png")).unwrap();
+    for (name, bytes, part) in [
+        ("empty.png", vec![], "it is empty"),
+        ("text.png", b"hello, this is no picture at all".to_vec(), "not a PNG"),
+        ("short.png", crop[..10].to_vec(), "not a PNG picture, or it was cut short"),
+        ("cut.png", crop[..crop.len() / 2].to_vec(), "cut short"),
+        ("none.png", png_header(0, 0), "0×0"),
+        ("huge.png", png_header(200_000, 200_000), "the limit"),
+    ] {
+        let png = folder.file(name, &bytes);
+        fail(&["encode", text(&png), "-o", text(&out)], part);
+        fail(&["view", text(&png), "--port", "0"], part);
+        std::fs::remove_file(png).unwrap();
+    }
+    fail(&["encode", text(&folder.path("nowhere.png")), "-o", text(&out)], "no such file");
+    assert_eq!(folder.names(), [""; 0]);
+}
+
+#[test]
+fn bad_files_give_one_line_and_no_file() {
+    let folder = Folder::new();
+    let crop = crop_png(&folder);
+    let good = folder.path("good.istar");
+    succeed(&["encode", text(&crop), "-o", text(&good)]);
+    let bytes = std::fs::read(&good).unwrap();
+    let changed = |at: usize, value: u8| {
+        let mut bytes = bytes.clone();
+        bytes[at] = value;
+        bytes
+    };
+    let out = folder.path("out.png");
+    for (bytes, part) in [
+        (vec![], "it is empty"),
+        (bytes[..bytes.len() - 1].to_vec(), "cut short"),
+        (changed(0, 0), "not an IStar file"),
+        (changed(8, 77), "version 77"),
+        (changed(19, 0xff), "damaged"),
+        (changed(bytes.len() - 5, bytes[bytes.len() - 5] ^ 1), "damaged"),
+    ] {
+        let bad = folder.file("bad.istar", &bytes);
+        let (bad, out) = (text(&bad), text(&out));
+        fail(&["decode", bad, "-o", out], part);
+        fail(&["render", bad, "-o", out, "--center", "0,0", "--scale", "1", "--size", "9x9"], part);
+        fail(&["compare", bad, text(&crop)], part);
+        fail(&["info", bad, "--json"], part);
+        fail(&["verify", bad], part);
+    }
+    assert_eq!(folder.names(), ["bad.istar", "crop.png", "good.istar"]);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_told_and_an_old_one_kept() {
+    let folder = Folder::new();
+    let crop = crop_png(&folder);
+    fail(&["encode", text(&crop), "-o", "/no/such/folder/out.istar"], "cannot write");
+    fail(&["encode", text(&crop), "-o", text(folder.0.path())], "it is a folder");
+    let old = folder.file("old.istar", b"precious");
+    let bad = folder.file("bad.png", b"bad");
+    fail(&["encode", text(&bad), "-o", text(&old)], "not a PNG");
+    assert_eq!(std::fs::read(&old).unwrap(), b"precious");
+}
+
+#[test]
+fn words_that_do_not_fit_end_with_2() {
+    for words in [
+        &["frobnicate"][..],
+        &["encode"],
+        &["encode", "a.png"],
+        &["encode", "a.png", "-o", "b", "--kernel", "cubic"],
+        &["decode", "a.istar", "-o", "b", "--width", "0"],
+        &["render", "a.istar", "-o", "b", "--center", "1", "--scale", "1", "--size", "9x9"],
+        &["render", "a.istar", "-o", "b", "--center", "1,1", "--scale", "-1", "--size", "9x9"],
+        &["render", "a.istar", "-o", "b", "--center", "1,1", "--scale", "1", "--size", "0x9"],
+    ] {
+        assert_eq!(istar(words).status.code(), Some(2), "{words:?}");
+    }
+    let folder = Folder::new();
+    let crop = crop_png(&folder);
+    let out = folder.path("o.istar");
+    fail(&["encode", text(&crop), "-o", text(&out), "--texel-size", "5"], "texel size 5");
+}
+
+#[test]
+fn a_file_compared_with_another_picture_says_so() {
+    let folder = Folder::new();
+    let crop = crop_png(&folder);
+    let file = folder.path("crop.istar");
+    succeed(&["encode", text(&crop), "-o", text(&file)]);
+    let map = fixtures::path("web/gallery/map.png");
+    fail(&["compare", text(&file), text(&map)], "256×192 pixels and the original 5792×2896");
+}
+
+#[test]
+fn help_names_every_command() {
+    let help = succeed(&["--help"]);
+    for command in ["encode", "decode", "render", "compare", "info", "verify", "view"] {
+        assert!(help.contains(command), "{help}");
+    }
+}

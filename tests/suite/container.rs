@@ -1,0 +1,105 @@
+//! Files: what is written is read back, and SPEC.md's example is a real file.
+
+use crate::fixtures;
+use istar::model::{Block, Cells, Lists, Node, Region};
+use istar::{Gamma, Image, Kernel, Limits, container};
+
+#[test]
+fn every_picture_round_trips() {
+    for (name, source) in fixtures::sources() {
+        for kernel in [Kernel::Quadratic, Kernel::Linear] {
+            for texel_size in [2, 8, 64] {
+                let image = fixtures::encoded(&source, texel_size, kernel);
+                let bytes = container::write(&image).unwrap();
+                let read = container::read(&bytes, &Limits::default()).unwrap();
+                assert_eq!(read, image, "{name}, texel size {texel_size}, {kernel:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn planes_round_trip_exactly() {
+    for (name, source) in fixtures::sources() {
+        let plain = fixtures::encoded(&source, 8, Kernel::Quadratic);
+        let mut image = fixtures::with_wild_planes(plain.clone());
+        if let Some(plane) = image.planes.first_mut() {
+            (plane.normal, plane.offset) = ([i16::MIN, i16::MAX, -1], i32::MIN);
+        }
+        let bytes = container::write(&image).unwrap();
+        assert_eq!(container::read(&bytes, &Limits::default()).unwrap(), image, "{name}");
+        // The part is there with planes γ and only then, even where no edge has one.
+        let has_part = |image: &Image| {
+            let bytes = container::write(image).unwrap();
+            assert_eq!(&container::read(&bytes, &Limits::default()).unwrap(), image, "{name}");
+            container::parts(&bytes).unwrap().iter().any(|part| part.name() == "PLAN")
+        };
+        image.planes.clear();
+        assert_eq!((has_part(&image), has_part(&plain)), (true, false), "{name}");
+    }
+}
+
+#[test]
+fn encoding_is_deterministic() {
+    let write = || container::write(&fixtures::encoded(&fixtures::wheel(), 8, Kernel::Quadratic));
+    assert_eq!(write(), write());
+}
+
+#[test]
+fn parts_add_up_to_the_file() {
+    let bytes =
+        container::write(&fixtures::encoded(&fixtures::discs(), 8, Kernel::Linear)).unwrap();
+    let parts = container::parts(&bytes).unwrap();
+    let stored: usize = parts.iter().map(|part| part.stored as usize).sum();
+    assert_eq!(bytes.len(), stored + 32 + 16 * parts.len() + 4);
+    assert!(parts.iter().any(|part| part.name() == "TEXL"));
+}
+
+/// The example in SPEC.md, a 2×1 picture of two regions, made by hand: what the encoder would choose
+/// may change, the format does not.
+fn example() -> Image {
+    let mut lists = Lists::default();
+    lists.push(&[0, 1]);
+    let row = [[200, 10, 10], [120, 50, 90], [40, 90, 170]];
+    Image {
+        size: [2, 1],
+        kernel: Kernel::Quadratic,
+        gamma: Gamma::Voronoi,
+        block_log2: 6,
+        regions: vec![Region { color: [255, 0, 0, 255] }, Region { color: [0, 0, 255, 255] }],
+        nodes: vec![
+            Node { position: row[0], region: Some(0) },
+            Node { position: row[2], region: Some(1) },
+        ],
+        edges: vec![[0, 1]],
+        faces: vec![],
+        planes: Vec::new(),
+        lists,
+        blocks: vec![Block::Cells(Cells {
+            texel_log2: 6,
+            lists: vec![0],
+            texels: [row, row, row].concat(),
+        })],
+    }
+}
+
+#[test]
+fn the_example_in_the_specification_is_what_the_crate_writes() {
+    let spec = std::fs::read_to_string(fixtures::path("src/container/SPEC.md")).unwrap();
+    let dump = spec.split("```hex\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let bytes: Vec<u8> = dump
+        .lines()
+        .flat_map(|line| line.split_whitespace().skip(1))
+        .map(|byte| u8::from_str_radix(byte, 16).unwrap())
+        .collect();
+    let written = container::write(&example()).unwrap();
+    let hex = |bytes: &[u8]| -> String {
+        let row = |(i, row): (usize, &[u8])| {
+            let row: Vec<String> = row.iter().map(|byte| format!("{byte:02x}")).collect();
+            format!("{:04x}  {}\n", 16 * i, row.join(" "))
+        };
+        bytes.chunks(16).enumerate().map(row).collect()
+    };
+    assert_eq!(bytes, written, "SPEC.md should say:\n{}", hex(&written));
+    assert_eq!(container::read(&bytes, &Limits::default()).unwrap(), example());
+}

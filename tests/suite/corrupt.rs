@@ -1,0 +1,178 @@
+//! Hostile files: every one is refused with a reason, none panics, none asks for the moon.
+
+use crate::fixtures;
+use istar::{Error, Kernel, Limits, container};
+
+fn sample() -> Vec<u8> {
+    container::write(&fixtures::encoded(&fixtures::tiles(), 8, Kernel::Quadratic)).unwrap()
+}
+
+fn sample_with_planes() -> Vec<u8> {
+    let image = fixtures::encoded(&fixtures::tiles(), 8, Kernel::Quadratic);
+    container::write(&fixtures::with_wild_planes(image)).unwrap()
+}
+
+fn read(bytes: &[u8]) -> Result<istar::Image, Error> {
+    container::read(bytes, &Limits::default())
+}
+
+/// Writes the directory's checksum anew, so that what lies behind it is reached.
+fn resign(bytes: &mut [u8]) {
+    let chunks = usize::from(bytes[28]) | usize::from(bytes[29]) << 8;
+    let end = 32 + 16 * chunks;
+    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&bytes[..end]);
+    bytes[end..end + 4].copy_from_slice(&crc.to_le_bytes());
+}
+
+#[test]
+fn a_file_cut_short_anywhere_is_malformed() {
+    for bytes in [sample(), sample_with_planes()] {
+        for length in 0..bytes.len() {
+            let result = read(&bytes[..length]);
+            assert!(matches!(result, Err(Error::Malformed { .. })), "{length} bytes: {result:?}");
+        }
+    }
+}
+
+#[test]
+fn any_byte_changed_is_noticed() {
+    for bytes in [sample(), sample_with_planes()] {
+        for at in 0..bytes.len() {
+            let mut changed = bytes.clone();
+            changed[at] ^= 0x40;
+            assert!(read(&changed).is_err(), "byte {at}");
+        }
+    }
+}
+
+#[test]
+fn bytes_after_the_end_are_malformed() {
+    let mut bytes = sample();
+    bytes.push(0);
+    assert!(matches!(read(&bytes), Err(Error::Malformed { .. })));
+}
+
+#[test]
+fn another_magic_version_or_chunk_has_its_own_message() {
+    let with = |at: usize, value: u8| {
+        let mut bytes = sample();
+        bytes[at] = value;
+        resign(&mut bytes);
+        read(&bytes).unwrap_err()
+    };
+    assert!(with(1, b'X').to_string().contains("not an IStar file"));
+    assert!(matches!(with(8, 9), Error::Unsupported(_)), "version");
+    assert!(matches!(with(10, 3), Error::Unsupported(_)), "dimension");
+    assert!(matches!(with(12, 7), Error::Unsupported(_)), "kernel");
+    assert!(matches!(with(13, 7), Error::Unsupported(_)), "gamma");
+    assert!(matches!(with(14, 40), Error::Malformed { .. }), "block size");
+    assert!(matches!(with(32, b'X'), Error::Unsupported(_)), "a chunk one must know");
+    assert!(matches!(with(32, b'x'), Error::Malformed { .. }), "regions are missing");
+    assert!(with(13, 1).to_string().contains("planes: it is missing"), "γ");
+    let mut bytes = sample_with_planes();
+    bytes[13] = 0;
+    resign(&mut bytes);
+    assert!(read(&bytes).unwrap_err().to_string().contains("γ has no use"), "γ");
+}
+
+#[test]
+fn planes_out_of_order_out_of_range_or_without_direction_are_malformed() {
+    let good = {
+        let image = fixtures::encoded(&fixtures::tiles(), 8, Kernel::Quadratic);
+        fixtures::with_wild_planes(image)
+    };
+    assert!(good.planes.len() > 2);
+    let refused = |spoil: &dyn Fn(&mut istar::Image)| {
+        let mut image = good.clone();
+        spoil(&mut image);
+        let error = image.check(&Limits::default()).unwrap_err();
+        // No writer makes such a file either.
+        assert_eq!(container::write(&image).unwrap_err(), error);
+        matches!(error, Error::Malformed { part: "planes", .. })
+    };
+    assert!(refused(&|image| image.planes.swap(0, 1)));
+    assert!(refused(&|image| image.planes[1].edge = image.planes[0].edge));
+    assert!(refused(&|image| image.planes[2].normal = [0; 3]));
+    assert!(refused(&|image| image.planes.last_mut().unwrap().edge = image.edges.len() as u32));
+    assert!(refused(&|image| image.gamma = istar::Gamma::Voronoi));
+}
+
+#[test]
+fn absurd_sizes_are_refused_before_anything_is_allocated() {
+    let sized = |width: u32, height: u32| {
+        let mut bytes = sample();
+        bytes[16..20].copy_from_slice(&width.to_le_bytes());
+        bytes[20..24].copy_from_slice(&height.to_le_bytes());
+        resign(&mut bytes);
+        read(&bytes).unwrap_err()
+    };
+    assert!(matches!(sized(u32::MAX, u32::MAX), Error::Limit(_)));
+    assert!(matches!(sized(0, 90), Error::Usage(_)));
+    assert!(matches!(sized(20_000, 20_000), Error::Malformed { .. }));
+
+    let mut bytes = sample();
+    bytes[36..40].copy_from_slice(&u32::MAX.to_le_bytes());
+    resign(&mut bytes);
+    assert!(matches!(read(&bytes), Err(Error::Limit(_))), "a chunk that unpacks to 4 GB");
+}
+
+/// Mutants whose checksums are right: the parsers behind them meet nonsense. Whatever is accepted
+/// decodes without a panic.
+#[test]
+fn signed_nonsense_never_panics() {
+    survive_nonsense(&sample());
+}
+
+#[test]
+fn signed_nonsense_with_planes_never_panics() {
+    survive_nonsense(&sample_with_planes());
+}
+
+fn survive_nonsense(bytes: &[u8]) {
+    let chunks = usize::from(bytes[28]);
+    let body = 32 + 16 * chunks + 4;
+    let mut state = 7u64;
+    let mut random = |below: usize| {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    let mut accepted = 0;
+    for _ in 0..4000 {
+        let chunk = random(chunks);
+        let entry = |i: usize| 32 + 16 * i;
+        let u32_at = |bytes: &[u8], at: usize| {
+            u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]) as usize
+        };
+        let start = body + (0..chunk).map(|i| u32_at(bytes, entry(i) + 8)).sum::<usize>();
+        let raw_length = u32_at(bytes, entry(chunk) + 4);
+        let stored_length = u32_at(bytes, entry(chunk) + 8);
+        let stored = &bytes[start..start + stored_length];
+        let mut raw = if raw_length == stored_length {
+            stored.to_vec()
+        } else {
+            miniz_oxide::inflate::decompress_to_vec(stored).unwrap()
+        };
+        for _ in 0..=random(3) {
+            let at = random(raw.len());
+            raw[at] = [0, 1, 0x7f, 0x80, 0xff, random(256) as u8][random(6)];
+        }
+        // Stored as it is: both lengths agree.
+        let mut mutant = bytes[..start].to_vec();
+        mutant.extend(&raw);
+        mutant.extend(&bytes[start + stored_length..]);
+        for field in [4, 8] {
+            let at = entry(chunk) + field;
+            mutant[at..at + 4].copy_from_slice(&(raw.len() as u32).to_le_bytes());
+        }
+        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&raw);
+        mutant[entry(chunk) + 12..entry(chunk) + 16].copy_from_slice(&crc.to_le_bytes());
+        resign(&mut mutant);
+        if let Ok(image) = read(&mutant) {
+            accepted += 1;
+            istar::decode_regions(&image);
+            istar::raster::seams(&image);
+        }
+    }
+    assert!(accepted > 100, "the mutants are refused too early to test anything: {accepted}");
+}

@@ -1,0 +1,140 @@
+//! Shaders without a GPU: they are valid, they translate for WebGL2, and their constants and
+//! uniforms are those of their Rust twins.
+
+#[path = "../../shaders/translate.rs"]
+mod translate;
+
+use translate::{PASSES, Pass, minify, translate, validate};
+
+fn wgsl(pass: &Pass) -> String {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+    pass.files.iter().map(|file| std::fs::read_to_string(folder.join(file)).unwrap()).collect()
+}
+
+#[test]
+fn every_pass_is_valid_and_translates_to_webgl2() {
+    for pass in &PASSES {
+        for text in [wgsl(pass), minify(&wgsl(pass))] {
+            let (module, info) = validate(&text).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
+            let glsl = translate(pass, &module, &info).unwrap();
+            for stage in [&glsl.vertex, &glsl.fragment] {
+                assert!(stage.starts_with("#version 300 es"), "{}: {stage}", pass.name);
+            }
+            for name in glsl.textures.iter().chain([&glsl.uniforms]) {
+                assert!(glsl.fragment.contains(name.as_str()), "{}: {name}", pass.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_shader_file_belongs_to_a_pass() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let used = PASSES.iter().any(|pass| pass.files.contains(&name.as_str()));
+        assert!(used || !name.ends_with(".wgsl"), "{name} is in no pass and would go untested");
+    }
+}
+
+#[test]
+fn a_capability_that_webgl2_lacks_is_refused() {
+    let storage = "@group(0) @binding(0) var<storage> words: array<u32>;\n\
+                   @fragment fn paint() -> @location(0) vec4<f32> { return vec4(f32(words[0])); }";
+    let pass = Pass { name: "storage", files: &[], vertex: "cover", fragment: "paint" };
+    let translated = validate(storage).map(|(module, info)| translate(&pass, &module, &info));
+    assert!(!matches!(translated, Ok(Ok(_))), "storage buffers would pass unnoticed");
+}
+
+/// The Rust twins are there only with the feature.
+#[cfg(feature = "gpu")]
+mod twins {
+    use super::{PASSES, validate, wgsl};
+    use istar::gpu::{Alpha, Facts, Origin, Target, ViewUniforms, WIDTH};
+    use istar::{Camera, Gamma, Kernel, MAX_CANDIDATES};
+    use naga::{Expression, Literal, Module, TypeInner};
+
+    /// A view in which no two numbers are alike.
+    fn distinct_view() -> ViewUniforms {
+        let facts = Facts {
+            size: [4001, 3001],
+            kernel: Kernel::Quadratic,
+            gamma: Gamma::Planes,
+            block_log2: 6,
+        };
+        let mut camera = Camera::new(facts.size, [800, 600]);
+        camera.look_at(istar::grid::Point::new([1234.25, 987.625]), 0.3);
+        let target = Target { height: 599, origin: Origin::BottomLeft, alpha: Alpha::Straight };
+        ViewUniforms::new(&camera, &facts, target, true)
+    }
+
+    #[test]
+    fn the_uniforms_lie_where_the_shader_reads_them() {
+        let view = distinct_view();
+        let float = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        let int = |values: &[i32]| values.iter().map(|&v| v as u32).collect::<Vec<_>>();
+        let twin = [
+            ("anchor", int(&view.anchor)),
+            ("offset", float(&view.offset)),
+            ("screen", float(&view.screen)),
+            ("picture", int(&view.picture)),
+            ("y_axis", float(&view.y_axis)),
+            ("pixel", float(&[view.pixel])),
+            ("sub_pixel", float(&[view.sub_pixel])),
+            ("samples", vec![view.samples]),
+            ("taps", vec![view.taps]),
+            ("block_log2", vec![view.block_log2]),
+            ("flags", vec![view.flags]),
+        ];
+        let bytes = view.to_bytes();
+        for pass in &PASSES {
+            let (module, _) = validate(&wgsl(pass)).unwrap();
+            let (_, ty) =
+                module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("View")).unwrap();
+            let TypeInner::Struct { members, span } = &ty.inner else {
+                panic!("View is no struct")
+            };
+            assert_eq!(*span as usize, ViewUniforms::SIZE);
+            assert_eq!(members.len(), twin.len());
+            for (member, (name, words)) in members.iter().zip(&twin) {
+                assert_eq!(member.name.as_deref(), Some(*name));
+                let size = module.types[member.ty].inner.size(module.to_ctx()) as usize;
+                assert_eq!(size, words.len() * 4, "{name}");
+                let at = member.offset as usize;
+                let there = bytes[at..at + size].as_chunks::<4>().0;
+                let there: Vec<u32> = there.iter().map(|&word| u32::from_le_bytes(word)).collect();
+                assert_eq!(&there, words, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_constants_are_the_twins() {
+        let twin = [
+            ("ANTIALIAS", ViewUniforms::ANTIALIAS),
+            ("STRAIGHT", ViewUniforms::STRAIGHT),
+            ("PLANES", ViewUniforms::PLANES),
+            ("MAX_CANDIDATES", MAX_CANDIDATES as u32),
+            // The smallest scale asks for the most samples.
+            ("MAX_SAMPLES", {
+                let mut camera = Camera::new([10, 10], [10, 10]);
+                camera.look_at(camera.center(), 1e-6);
+                camera.samples()
+            }),
+            ("WIDTH_LOG2", WIDTH.trailing_zeros()),
+        ];
+        let (module, _) = validate(&wgsl(&PASSES[0])).unwrap();
+        for (name, value) in twin {
+            assert_eq!(constant(&module, name), Some(value), "{name}");
+        }
+    }
+
+    fn constant(module: &Module, name: &str) -> Option<u32> {
+        let mut constants = module.constants.iter();
+        let (_, constant) = constants.find(|(_, c)| c.name.as_deref() == Some(name))?;
+        match module.global_expressions[constant.init] {
+            Expression::Literal(Literal::U32(value)) => Some(value),
+            _ => None,
+        }
+    }
+}

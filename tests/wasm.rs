@@ -1,0 +1,237 @@
+//! The back ends of a browser against the oracle, in a headless one:
+//! `wasm-pack test --headless --chrome --mode no-install --no-default-features --features gpu`.
+//! There is no encoder here, so the picture is put together by hand.
+#![cfg(target_arch = "wasm32")]
+
+use istar::gpu::browser::{Choice, Renderer, Scene};
+use istar::grid::{self, Point};
+use istar::model::{Block, Cells, EdgePlane, Lists, Node, Region};
+use istar::{Camera, Gamma, Image, Kernel, Limits, raster};
+use wasm_bindgen::JsCast;
+use wasm_bindgen_test::{wasm_bindgen_test, wasm_bindgen_test_configure};
+use web_sys::{OffscreenCanvas, OffscreenCanvasRenderingContext2d, WebglLoseContext};
+
+wasm_bindgen_test_configure!(run_in_browser);
+
+const VIEWPORT: [u32; 2] = [90, 61];
+const BACKENDS: [(Choice, &str); 2] = [(Choice::WebGpu, "webgpu"), (Choice::WebGl2, "webgl2")];
+/// Of regions, so that their table folds into a second row.
+const REGIONS: u32 = 4100;
+
+/// 40 × 25 pixels in blocks of 16: solid ones, texels of 2, 4 and 8 pixels, four nodes of which one
+/// is transparent and one has the last region of all.
+fn picture(kernel: Kernel) -> Image {
+    let mut lists = Lists::default();
+    for list in [&[0][..], &[3], &[0, 1], &[1, 2], &[0, 1, 2, 3]] {
+        lists.push(list);
+    }
+    let mut regions = vec![Region { color: [0; 4] }; REGIONS as usize];
+    regions[0].color = [230, 40, 60, 255];
+    regions[1].color = [20, 160, 90, 255];
+    regions[REGIONS as usize - 1].color = [250, 220, 10, 255];
+    let node = |position, region| Node { position, region: Some(region) };
+    let mut image = Image {
+        size: [40, 25],
+        kernel,
+        gamma: Gamma::Voronoi,
+        block_log2: 4,
+        regions,
+        nodes: vec![
+            node([20, 30, 40], 0),
+            node([220, 60, 30], 1),
+            node([60, 230, 90], REGIONS - 1),
+            node([90, 40, 240], 2),
+        ],
+        edges: vec![[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]],
+        faces: Vec::new(),
+        planes: Vec::new(),
+        lists,
+        blocks: Vec::new(),
+    };
+    let blocks = [None, Some(1), Some(2), Some(3), None, Some(2)];
+    image.blocks = (0..6).zip(blocks).map(|(i, log2)| block(&image, i, log2)).collect();
+    image.check(&Limits::default()).unwrap();
+    image
+}
+
+fn block(image: &Image, index: u32, texel_log2: Option<u8>) -> Block<3> {
+    let Some(texel_log2) = texel_log2 else { return Block::Solid(index / 2) };
+    let cells = grid::count(image.cell_grid(texel_log2)) as u32;
+    let texels = grid::count(image.texel_grid(texel_log2)) as u32;
+    // Every list, and values all over the cube that change from texel to texel.
+    let byte = |i: u32, by: u32| ((i * by + index * 31) % 256) as u8;
+    Block::Cells(Cells {
+        texel_log2,
+        lists: (0..cells).map(|i| if i % 3 == 0 { i % 5 } else { 4 }).collect(),
+        texels: (0..texels).map(|i| [byte(i, 67), byte(i, 101), byte(i, 43)]).collect(),
+    })
+}
+
+/// The same with planes: one turned, one moved, and γ with overlaps and gaps.
+fn picture_with_planes(kernel: Kernel) -> Image {
+    let mut image = picture(kernel);
+    image.gamma = Gamma::Planes;
+    image.planes = vec![
+        EdgePlane { edge: 1, normal: [300, -200, 100], offset: 64 * 20 },
+        EdgePlane { edge: 3, normal: [200, -100, 150], offset: -64 * 35 },
+    ];
+    image.check(&Limits::default()).unwrap();
+    image
+}
+
+fn view(image: &Image, scale: f64) -> Camera {
+    let mut camera = Camera::new(image.size, VIEWPORT);
+    camera.look_at(Point::new([21.137, 9.861]), scale);
+    camera
+}
+
+/// The renderer's canvas as the page gets it, premultiplied.
+fn pixels(renderer: &Renderer) -> Vec<[u8; 4]> {
+    let canvas = renderer.canvas();
+    let (width, height) = (canvas.width(), canvas.height());
+    let page = OffscreenCanvas::new(width, height).unwrap();
+    let context = page.get_context("2d").unwrap().unwrap();
+    let context: OffscreenCanvasRenderingContext2d = context.unchecked_into();
+    context.draw_image_with_offscreen_canvas(canvas, 0.0, 0.0).unwrap();
+    let data = context.get_image_data(0.0, 0.0, width.into(), height.into()).unwrap().data();
+    data.as_chunks::<4>().0.iter().map(|&pixel| premultiplied(pixel)).collect()
+}
+
+fn premultiplied([r, g, b, a]: [u8; 4]) -> [u8; 4] {
+    let times = |c: u8| ((u32::from(c) * u32::from(a) + 127) / 255) as u8;
+    [times(r), times(g), times(b), a]
+}
+
+fn reference(image: &Image, camera: &Camera) -> Vec<[u8; 4]> {
+    let [width, height] = camera.viewport();
+    let mut row = vec![[0; 4]; width as usize];
+    let mut pixels = Vec::new();
+    for y in 0..height {
+        raster::render_row(image, camera, y, true, &mut row);
+        pixels.extend(row.iter().map(|&pixel| premultiplied(pixel)));
+    }
+    pixels
+}
+
+/// At most one pixel in a thousand may differ by more than 2 of 255: tests/suite/gpu.rs says why.
+fn compare(what: &str, renderer: &Renderer, scene: &Scene, image: &Image, camera: &Camera) {
+    renderer.draw(scene, camera).unwrap();
+    let (expected, actual) = (reference(image, camera), pixels(renderer));
+    assert_eq!(expected.len(), actual.len(), "{what}: the canvas is not as large as the viewport");
+    let differs = |(a, b): (&[u8; 4], &[u8; 4])| (0..4).any(|c| a[c].abs_diff(b[c]) > 2);
+    let count = expected.iter().zip(&actual).filter(|&pair| differs(pair)).count();
+    let (scale, kernel) = (camera.scale(), image.kernel.name());
+    assert!(count * 1000 <= expected.len(), "{what}, {kernel}, {scale}×: {count} pixels differ");
+}
+
+#[wasm_bindgen_test]
+async fn both_back_ends_draw_what_the_reference_draws() {
+    for (choice, name) in BACKENDS {
+        let renderer = Renderer::create(choice).await.unwrap();
+        assert_eq!(renderer.backend(), name);
+        for kernel in [Kernel::Quadratic, Kernel::Linear] {
+            for image in [picture(kernel), picture_with_planes(kernel)] {
+                let scene = renderer.upload(&image).unwrap();
+                for scale in [0.5, 1.0, 3.0, 30.0, 1000.0] {
+                    compare(name, &renderer, &scene, &image, &view(&image, scale));
+                }
+            }
+        }
+    }
+}
+
+#[wasm_bindgen_test]
+async fn one_renderer_draws_many_pictures_and_sizes() {
+    for (choice, name) in BACKENDS {
+        let renderer = Renderer::create(choice).await.unwrap();
+        let images = [Kernel::Quadratic, Kernel::Linear].map(picture);
+        let scenes = images.each_ref().map(|image| renderer.upload(image).unwrap());
+        for size in [[50, 40], [33, 70], [50, 40]] {
+            for (image, scene) in images.iter().zip(&scenes) {
+                let mut camera = view(image, 3.0);
+                camera.resize(size);
+                compare(name, &renderer, scene, image, &camera);
+            }
+        }
+    }
+}
+
+#[wasm_bindgen_test]
+async fn a_style_is_rewritten_alone() {
+    for (choice, name) in BACKENDS {
+        let renderer = Renderer::create(choice).await.unwrap();
+        let mut image = picture(Kernel::Quadratic);
+        let scene = renderer.upload(&image).unwrap();
+        for region in [1, REGIONS - 1] {
+            image.regions[region as usize].color = [10, 20, 200, 255];
+            renderer.set_style(&scene, region, [10, 20, 200, 255]).unwrap();
+        }
+        renderer.set_style(&scene, u32::MAX, [9; 4]).unwrap();
+        compare(name, &renderer, &scene, &image, &view(&image, 3.0));
+    }
+}
+
+#[wasm_bindgen_test]
+async fn misuse_is_an_error_and_no_viewport_is_none() {
+    let gpu = Renderer::create(Choice::WebGpu).await.unwrap();
+    let gl = Renderer::create(Choice::WebGl2).await.unwrap();
+    let image = picture(Kernel::Linear);
+    let scene = gpu.upload(&image).unwrap();
+    let mut camera = view(&image, 1.0);
+    assert_eq!(gl.draw(&scene, &camera).unwrap_err().kind(), "usage");
+    camera.resize([0, 10]);
+    gpu.draw(&scene, &camera).unwrap();
+}
+
+#[wasm_bindgen_test]
+async fn a_viewport_beyond_the_device_shows_its_top_left() {
+    for (choice, name) in BACKENDS {
+        let renderer = Renderer::create(choice).await.unwrap();
+        let image = picture(Kernel::Quadratic);
+        let scene = renderer.upload(&image).unwrap();
+        let mut camera = view(&image, 3.0);
+        camera.resize([7, 40_000]);
+        renderer.draw(&scene, &camera).unwrap();
+        let (size, actual) = ([7, renderer.canvas().height()], pixels(&renderer));
+        assert!((2048..40_000).contains(&size[1]), "{name}: {size:?}");
+        let expected = reference(&image, &camera);
+        let wrong = actual.iter().zip(&expected).filter(|(a, e)| a[3].abs_diff(e[3]) > 2).count();
+        assert_eq!(wrong, 0, "{name}");
+    }
+}
+
+#[wasm_bindgen_test]
+async fn a_lost_context_is_an_error() {
+    let renderer = Renderer::create(Choice::WebGl2).await.unwrap();
+    let image = picture(Kernel::Linear);
+    let scene = renderer.upload(&image).unwrap();
+    let gl = renderer.canvas().get_context("webgl2").unwrap().unwrap();
+    let gl: web_sys::WebGl2RenderingContext = gl.unchecked_into();
+    let extension = gl.get_extension("WEBGL_lose_context").unwrap().unwrap();
+    extension.unchecked_into::<WebglLoseContext>().lose_context();
+    assert_eq!(renderer.draw(&scene, &view(&image, 1.0)).unwrap_err().kind(), "gpu");
+}
+
+#[wasm_bindgen_test]
+async fn a_lost_device_is_an_error() {
+    // wgpu does not give its device away, so it is caught where the browser makes it.
+    script(
+        "const make = GPUAdapter.prototype.requestDevice;
+        GPUAdapter.prototype.requestDevice = async function (...options) {
+            GPUAdapter.prototype.requestDevice = make;
+            return (globalThis.caught = await make.apply(this, options));
+        };",
+    );
+    let renderer = Renderer::create(Choice::WebGpu).await.unwrap();
+    let image = picture(Kernel::Linear);
+    let scene = renderer.upload(&image).unwrap();
+    renderer.draw(&scene, &view(&image, 1.0)).unwrap();
+    let lost = script("caught.destroy(); return caught.lost.then(() => new Promise(setTimeout));");
+    wasm_bindgen_futures::JsFuture::from(js_sys::Promise::from(lost)).await.unwrap();
+    assert_eq!(renderer.draw(&scene, &view(&image, 1.0)).unwrap_err().kind(), "gpu");
+    assert!(matches!(renderer.upload(&image), Err(error) if error.kind() == "gpu"));
+}
+
+fn script(text: &str) -> wasm_bindgen::JsValue {
+    js_sys::Function::new_no_args(text).call0(&wasm_bindgen::JsValue::NULL).unwrap()
+}

@@ -1,0 +1,262 @@
+import type { Renderer } from '#wasm';
+import { make } from './dom.js';
+import css from './element.css';
+import { type Backend, chosenBackend, dropRenderer, openPicture, sharedRenderer } from './engine.js';
+import { viewerError } from './errors.js';
+import { Frames } from './frames.js';
+import { listenForGestures } from './gestures.js';
+import { Hover } from './hover.js';
+import { listenForKeys } from './keyboard.js';
+import { Message } from './message.js';
+import { fetchBytes } from './source.js';
+import { Status } from './status.js';
+import { type Place, View } from './view.js';
+import { listenForWheel } from './wheel.js';
+
+// A server that renders pages imports this too, and has no HTMLElement.
+const Base = globalThis.HTMLElement ?? (class {} as typeof HTMLElement);
+
+let sheet: CSSStyleSheet | undefined;
+
+/** One sheet for all figures. Adopted, because a strict content security policy refuses a style element. */
+function styles(): CSSStyleSheet {
+  if (!sheet) {
+    sheet = new CSSStyleSheet();
+    sheet.replaceSync(css);
+  }
+  return sheet;
+}
+
+/**
+ * `<istar-viewer src="map.istar" alt="…">`: shows a picture to pan and zoom. An `<img>` inside stands in until the first frame.
+ *
+ * Events: `load` (the first frame is painted), `progress` {loaded, total}, `error` {kind, message}, `viewchange` {x, y, scale},
+ * `regionenter`, `regionleave`, `regionclick` {region}. Coordinates are source pixels, y downwards; scale is CSS pixels per
+ * source pixel.
+ */
+export class IStarViewer extends Base {
+  static readonly observedAttributes = ['src', 'alt', 'backend'];
+
+  #view!: View;
+  #stage!: HTMLElement;
+  #fallback!: HTMLElement;
+  #frames = new Frames();
+  #status!: Status;
+  #message!: Message;
+  #hover!: Hover;
+  #loading: AbortController | undefined;
+  #open = false;
+  #backend: Backend | undefined;
+  #sent: Place | undefined;
+
+  constructor() {
+    super();
+    this.#view = new View({
+      drawn: (first) => this.#drawn(first),
+      failed: (cause) => this.#fail(cause),
+    });
+    this.#fallback = make('slot', '');
+    this.#stage = make('div', 'stage', this.#view.canvas);
+    this.#stage.tabIndex = 0;
+    this.#stage.role = 'application';
+    this.#stage.ariaRoleDescription = 'zoomable picture';
+    this.#status = new Status();
+    this.#message = new Message(() => {
+      // The button is about to go, and would take the focus with it.
+      this.#stage.focus();
+      this.#load();
+    });
+    const root = this.attachShadow({ mode: 'open' });
+    root.adoptedStyleSheets = [styles()];
+    root.append(this.#fallback, this.#stage, this.#status.root, this.#message.root);
+    this.#listen();
+  }
+
+  get src(): string {
+    return this.getAttribute('src') ?? '';
+  }
+
+  set src(url: string) {
+    this.setAttribute('src', url);
+  }
+
+  /** What draws, once it is known. */
+  get backend(): Backend | undefined {
+    return this.#backend;
+  }
+
+  /** Resolves when the canvas shows the current view; while loading, after the first frame. */
+  get painted(): Promise<void> {
+    return this.#view.settled();
+  }
+
+  /** Centre in source pixels; scale is CSS pixels per source pixel. */
+  zoomTo(x: number, y: number, scale: number): void {
+    this.#still(() => this.#view.lookAt(x, y, scale));
+  }
+
+  /** Shows all of the picture. */
+  fit(): void {
+    this.#still(() => this.#view.fit());
+  }
+
+  /** The region under a place of the browser's window (an event's clientX and clientY), undefined beside the picture. */
+  pick(clientX: number, clientY: number): number | undefined {
+    return this.#view.pick(clientX, clientY);
+  }
+
+  /** The current view as a PNG. */
+  async toBlob(): Promise<Blob> {
+    await this.painted;
+    return new Promise((resolve, reject) => {
+      this.#view.canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('The view is empty.'))));
+    });
+  }
+
+  connectedCallback(): void {
+    if (this.#open) return;
+    this.#open = true;
+    this.#label();
+    this.#view.watch(true);
+    this.#load();
+  }
+
+  disconnectedCallback(): void {
+    // An element that is only moved is back by then, and keeps its picture.
+    queueMicrotask(() => {
+      if (this.isConnected) return;
+      this.#open = false;
+      this.#loading?.abort();
+      this.#frames.stop();
+      this.#view.watch(false);
+      this.#close();
+    });
+  }
+
+  attributeChangedCallback(name: string, before: string | null, now: string | null): void {
+    if (!this.#open || before === now) return;
+    if (name === 'alt') this.#label();
+    else this.#load();
+  }
+
+  async #load(): Promise<void> {
+    this.#loading?.abort();
+    this.#close();
+    if (!this.src) return;
+    const loading = new AbortController();
+    this.#loading = loading;
+    this.#message.loading({ loaded: 0, total: undefined });
+    let ready: Renderer | undefined;
+    try {
+      // The renderer starts while the file is on its way. Its error is heard below, also when the file fails first.
+      const renderer = sharedRenderer(chosenBackend(this.getAttribute('backend')));
+      renderer.catch(() => {});
+      const bytes = await fetchBytes(this.src, loading.signal, (progress) => {
+        this.#message.loading(progress);
+        this.#emit('progress', progress);
+      });
+      const picture = await openPicture(bytes);
+      ready = await renderer.catch((cause) => {
+        picture.free();
+        throw cause;
+      });
+      if (loading.signal.aborted) {
+        picture.free();
+        return;
+      }
+      this.#backend = ready.backend;
+      this.style.setProperty('--istar-aspect', `${picture.width} / ${picture.height}`);
+      this.#view.show(picture, ready);
+    } catch (cause) {
+      if (!loading.signal.aborted) this.#fail(cause, ready);
+    }
+  }
+
+  #close(): void {
+    this.#view.clear();
+    this.#status.root.hidden = true;
+    this.#fallback.removeAttribute('data-covered');
+    this.#message.clear();
+    this.#backend = undefined;
+    this.#sent = undefined;
+    this.#hover.update(() => undefined);
+  }
+
+  #fail(cause: unknown, renderer = this.#view.renderer): void {
+    const error = viewerError(cause, 'gpu');
+    if (renderer) dropRenderer(renderer);
+    this.#close();
+    this.#view.giveUp(error);
+    this.#message.error(error);
+    this.#emit('error', { kind: error.kind, message: error.message });
+  }
+
+  #drawn(first: boolean): void {
+    const { place, fitted } = this.#view;
+    if (!place) return;
+    this.#stage.toggleAttribute('data-zoomed', !fitted);
+    this.#status.zoom(place.scale);
+    this.#hover.update((x, y) => this.#view.pick(x, y));
+    if (first) {
+      if (this.#backend) this.#status.backend(this.#backend);
+      this.#status.root.hidden = false;
+      this.#message.clear();
+      this.#fallback.toggleAttribute('data-covered', true);
+      this.#emit('load', undefined);
+    }
+    const sent = this.#sent;
+    if (sent && place.x === sent.x && place.y === sent.y && place.scale === sent.scale) return;
+    this.#sent = place;
+    this.#emit('viewchange', place);
+  }
+
+  #listen(): void {
+    const view = this.#view;
+    const actions = {
+      pan: (dx: number, dy: number) => view.pan(dx, dy),
+      zoom: (factor: number, x: number, y: number) => view.zoom(factor, x, y),
+      grab: () => this.#frames.stop(),
+      animate: (step: (seconds: number) => boolean) => this.#frames.run(step),
+      tap: (event: PointerEvent) => {
+        const region = this.pick(event.clientX, event.clientY);
+        if (region !== undefined) this.#emit('regionclick', { region });
+      },
+    };
+    listenForGestures(this.#stage, actions);
+    listenForWheel(this.#stage, actions);
+    listenForKeys(this.#stage, {
+      pan: (dx, dy) => this.#still(() => view.pan(dx, dy)),
+      zoomBy: (factor) => this.#still(() => view.zoomAboutMiddle(factor)),
+      fit: () => this.fit(),
+    });
+    this.#hover = new Hover(
+      this.#stage,
+      () => this.#hover.update((x, y) => view.pick(x, y)),
+      (region, left) => {
+        if (left !== undefined) this.#emit('regionleave', { region: left });
+        if (region !== undefined) this.#emit('regionenter', { region });
+        const color = region === undefined ? undefined : view.picture?.regionColor(region);
+        this.#status.region(region !== undefined && color !== undefined ? { id: region, color } : undefined);
+      },
+    );
+  }
+
+  /** Moves the view and ends what moves by itself. */
+  #still(move: () => void): void {
+    this.#frames.stop();
+    move();
+  }
+
+  #label(): void {
+    const alt = this.getAttribute('alt') ?? this.querySelector('img')?.alt;
+    this.#stage.ariaLabel = alt || 'Picture';
+  }
+
+  #emit(name: string, detail: unknown): void {
+    this.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+}
+
+if (globalThis.customElements && !customElements.get('istar-viewer')) {
+  customElements.define('istar-viewer', IStarViewer);
+}

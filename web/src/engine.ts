@@ -1,0 +1,72 @@
+import init, { Picture, Renderer } from '#wasm';
+import { ViewerError, viewerError } from './errors.js';
+
+export type Backend = 'webgpu' | 'webgl2';
+export type BackendChoice = Backend | 'auto';
+
+let module: Promise<void> | undefined;
+const renderers = new Map<BackendChoice, Promise<Renderer>>();
+
+/** The page's address may force a back end (`?backend=webgl2`), for comparing them; else the attribute does. */
+export function chosenBackend(attribute: string | null): BackendChoice {
+  const forced = new URLSearchParams(location.search).get('backend');
+  return [forced, attribute].find((name) => name === 'webgpu' || name === 'webgl2') ?? 'auto';
+}
+
+/** The page's one renderer for that choice: many figures share one device. */
+export async function sharedRenderer(choice: BackendChoice): Promise<Renderer> {
+  let renderer = renderers.get(choice);
+  if (!renderer) {
+    renderer = loadModule().then(() => Renderer.create(choice));
+    renderers.set(choice, renderer);
+    renderer.catch(() => renderers.delete(choice));
+  }
+  try {
+    return await renderer;
+  } catch (cause) {
+    throw viewerError(cause, 'gpu');
+  }
+}
+
+/** Called when a renderer fails, so that the next try starts with a new device. Other figures may still hold the old one. */
+export async function dropRenderer(failed: Renderer): Promise<void> {
+  for (const [choice, renderer] of renderers) {
+    if ((await renderer.catch(() => undefined)) === failed) renderers.delete(choice);
+  }
+}
+
+export async function openPicture(bytes: Uint8Array): Promise<Picture> {
+  await loadModule();
+  try {
+    return Picture.open(bytes);
+  } catch (cause) {
+    throw viewerError(cause, 'malformed');
+  }
+}
+
+/** A failed load is forgotten, so that a retry fetches again. */
+function loadModule(): Promise<void> {
+  module ??= instantiate().catch((cause) => {
+    module = undefined;
+    throw cause;
+  });
+  return module;
+}
+
+async function instantiate(): Promise<void> {
+  // One static literal: bundlers find and copy the file by it.
+  const url = new URL('./istar_bg.wasm', import.meta.url);
+  let response: Response;
+  try {
+    response = await fetch(url);
+  } catch (cause) {
+    throw new ViewerError('network', 'The viewer itself could not be fetched.', cause);
+  }
+  if (!response.ok)
+    throw new ViewerError('http', `The viewer itself could not be fetched (${response.status}).`);
+  try {
+    await init({ module_or_path: response });
+  } catch (cause) {
+    throw new ViewerError('unsupported', 'This browser could not start the viewer (WebAssembly).', cause);
+  }
+}

@@ -1,0 +1,33 @@
+export interface KeyActions {
+  pan(dx: number, dy: number): void;
+  /** About the middle. */
+  zoomBy(factor: number): void;
+  fit(): void;
+}
+
+const STEP_PX = 64;
+const STEP_ZOOM = 1.5;
+
+/** Arrows move the view (the picture goes the other way), + and − zoom, 0 and Home show all. */
+export function listenForKeys(stage: HTMLElement, actions: KeyActions): void {
+  const keys: Record<string, () => void> = {
+    ArrowLeft: () => actions.pan(STEP_PX, 0),
+    ArrowRight: () => actions.pan(-STEP_PX, 0),
+    ArrowUp: () => actions.pan(0, STEP_PX),
+    ArrowDown: () => actions.pan(0, -STEP_PX),
+    '+': () => actions.zoomBy(STEP_ZOOM),
+    // The key of + without shift on many keyboards.
+    '=': () => actions.zoomBy(STEP_ZOOM),
+    '-': () => actions.zoomBy(1 / STEP_ZOOM),
+    _: () => actions.zoomBy(1 / STEP_ZOOM),
+    '0': () => actions.fit(),
+    Home: () => actions.fit(),
+  };
+  stage.addEventListener('keydown', (event) => {
+    const act = keys[event.key];
+    // With a modifier these are the browser's own: ctrl and + zooms the page, alt and an arrow goes back.
+    if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    act();
+  });
+}

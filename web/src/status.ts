@@ -1,0 +1,39 @@
+import { make } from './dom.js';
+
+/** The readout in the corner: zoom, region under the pointer, back end. */
+export class Status {
+  readonly root: HTMLElement;
+  readonly #zoom = make('span', 'zoom');
+  readonly #swatch = make('span', 'swatch');
+  readonly #name = make('span', 'name');
+  readonly #region = make('span', 'region', this.#swatch, this.#name);
+  readonly #backend = make('span', 'backend');
+
+  constructor() {
+    this.root = make('div', 'status', this.#region, this.#zoom, this.#backend);
+    this.root.hidden = true;
+    this.region(undefined);
+  }
+
+  /** CSS pixels of the screen per source pixel. */
+  zoom(scale: number): void {
+    this.#zoom.textContent = zoomText(scale);
+  }
+
+  region(region: { id: number; color: number } | undefined): void {
+    this.#region.hidden = !region;
+    if (!region) return;
+    this.#name.textContent = `region ${region.id}`;
+    this.#swatch.style.backgroundColor = `#${region.color.toString(16).padStart(8, '0')}`;
+  }
+
+  backend(name: 'webgpu' | 'webgl2'): void {
+    this.#backend.textContent = name === 'webgpu' ? 'WebGPU' : 'WebGL2';
+  }
+}
+
+/** Three digits are plenty: `0.217×`, `12.5×`, `1240×`. */
+export function zoomText(scale: number): string {
+  const digits = scale >= 100 ? Math.round(scale) : Number(scale.toPrecision(3));
+  return `${digits}×`;
+}

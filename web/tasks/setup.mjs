@@ -1,0 +1,68 @@
+// Installs what is missing, and is done at once where nothing is. `npm run setup` does everything; `npm start` leaves out what only
+// the tests need.
+import { existsSync, rmSync, statSync } from 'node:fs';
+import { join } from 'node:path';
+import { at, bin, main, output, RUST_TARGET, run, TaskError, WASM_BINDGEN, WASM_PACK } from './project.mjs';
+
+const TEST_PACKAGES = ['chromium', 'chromium-driver', 'mesa-vulkan-drivers', 'libvulkan1'];
+
+export function setup({ tests }) {
+  compiler();
+  rustTarget();
+  // --locked fails to build for wasm-bindgen-cli: its lock file names a webpki-roots that no longer compiles.
+  cargoTool('wasm-bindgen', 'wasm-bindgen-cli', WASM_BINDGEN, []);
+  if (tests) cargoTool('wasm-pack', 'wasm-pack', WASM_PACK, ['--locked']);
+  rmSync(at('.tools', 'build'), { recursive: true, force: true });
+  nodeModules();
+  if (tests) debianPackages(TEST_PACKAGES);
+}
+
+function compiler() {
+  if (output('cargo', ['--version']) === undefined) {
+    throw new TaskError('Rust is missing. Install it from https://rustup.rs, then run this again.');
+  }
+  if (output('cc', ['--version']) === undefined) debianPackages(['build-essential']);
+}
+
+function rustTarget() {
+  const sysroot = output('rustc', ['--print', 'sysroot'])?.trim();
+  if (sysroot && existsSync(join(sysroot, 'lib', 'rustlib', RUST_TARGET))) return;
+  run('rustup', ['target', 'add', RUST_TARGET]);
+}
+
+function cargoTool(name, crate, version, options) {
+  if (output(bin(name), ['--version'])?.trim() === `${name} ${version}`) return;
+  console.log(`Installing ${crate} ${version} into .tools (some minutes, once)`);
+  run('cargo', ['install', crate, '--version', version, '--root', at('.tools'), '--force', ...options], {
+    // One folder for all tools, because they share dependencies.
+    CARGO_TARGET_DIR: at('.tools', 'build'),
+  });
+}
+
+function nodeModules() {
+  const installed = at('node_modules', '.package-lock.json');
+  if (existsSync(installed) && statSync(installed).mtimeMs >= statSync(at('package-lock.json')).mtimeMs)
+    return;
+  run('npm', ['ci']);
+}
+
+function debianPackages(names) {
+  if (output('dpkg-query', ['--version']) === undefined) {
+    console.log(`This is not Debian: make sure that these are installed: ${names.join(', ')}`);
+    return;
+  }
+  const missing = names.filter(
+    (name) => !output('dpkg-query', ['--status', name])?.includes('install ok installed'),
+  );
+  if (missing.length === 0) return;
+  const install = ['install', '-y', '--no-install-recommends', ...missing];
+  if (process.getuid?.() !== 0) {
+    throw new TaskError(
+      `Some packages are missing. Run this, then start again:\n  sudo sh -c 'apt-get update && apt-get ${install.join(' ')}'`,
+    );
+  }
+  run('apt-get', ['update']);
+  run('apt-get', install, { DEBIAN_FRONTEND: 'noninteractive' });
+}
+
+await main(import.meta.url, () => setup({ tests: true }));

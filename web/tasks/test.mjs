@@ -1,0 +1,77 @@
+// `npm test`: everything a change must pass, in order, up to the first failure. `npm test -- NAME…` runs the named steps only.
+import { existsSync, readdirSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { delimiter } from 'node:path';
+import { build, wasm } from './build.mjs';
+import { at, main, nodeBin, run, TaskError } from './project.mjs';
+import { setup } from './setup.mjs';
+
+/** The software Vulkan driver, so that tests draw the same with and without a graphics card. */
+const LAVAPIPE = '/usr/share/vulkan/icd.d/lvp_icd.x86_64.json';
+const vulkan = { XDG_RUNTIME_DIR: tmpdir(), ...(existsSync(LAVAPIPE) ? { VK_DRIVER_FILES: LAVAPIPE } : {}) };
+
+const steps = {
+  setup: () => setup({ tests: true }),
+  format: () => run('cargo', ['fmt', '--check']),
+  lint: () => run(nodeBin('biome'), ['check', '--error-on-warnings', '.']),
+  build,
+  types: () => {
+    // The types of the wasm module are made with it.
+    wasm();
+    run(nodeBin('tsc'), ['-p', 'web']);
+  },
+  clippy: () => run('cargo', ['clippy', '--all-targets', '--features', 'cli,gpu', '--', '-D', 'warnings']),
+  rust: () => run('cargo', ['test', '--features', 'cli,gpu'], vulkan),
+  wasm: () =>
+    run(
+      at('.tools', 'bin', 'wasm-pack'),
+      [
+        'test',
+        '--headless',
+        '--chrome',
+        '--mode',
+        'no-install',
+        '.',
+        '--no-default-features',
+        '--features',
+        'gpu',
+      ],
+      {
+        PATH: [at('.tools', 'bin'), at('node_modules', '.bin'), process.env.PATH].join(delimiter),
+        CHROMEDRIVER: process.env.CHROMEDRIVER ?? '/usr/bin/chromedriver',
+      },
+    ),
+  browser: () => {
+    const folder = at('tests', 'browser');
+    const files = readdirSync(folder).filter((name) => name.endsWith('.test.mjs'));
+    // One file at a time: software rendering keeps every core busy.
+    run('node', [
+      '--test',
+      '--test-concurrency=1',
+      '--test-reporter=spec',
+      ...files.map((name) => `${folder}/${name}`),
+    ]);
+  },
+};
+
+await main(import.meta.url, async () => {
+  const wanted = process.argv.slice(2);
+  const unknown = wanted.filter((name) => !(name in steps));
+  if (unknown.length > 0) {
+    throw new TaskError(`There is no step ${unknown.join(', ')}. Steps: ${Object.keys(steps).join(', ')}`);
+  }
+  const times = [];
+  for (const name of wanted.length > 0 ? wanted : Object.keys(steps)) {
+    console.log(`\n── ${name}`);
+    const start = performance.now();
+    try {
+      await steps[name]();
+    } catch (error) {
+      if (error instanceof TaskError) throw new TaskError(`${name} failed: ${error.message}`);
+      throw error;
+    }
+    times.push(`${name} ${((performance.now() - start) / 1000).toFixed(1)} s`);
+    console.log(`── ${times.at(-1)}`);
+  }
+  console.log(`\nAll passed: ${times.join(', ')}`);
+});
