@@ -1,5 +1,7 @@
 //! Texels from regions and their nodes' positions.
 
 mod init;
+mod rescue;
 
 pub use init::start;
+pub use rescue::rescue;
