@@ -12,19 +12,23 @@ impl<const N: usize> Default for Simplices<N> {
     }
 }
 
+/// With so many, those that are there twice go before more memory comes.
+const MANY: usize = 1 << 20;
+
 impl<const N: usize> Simplices<N> {
     pub(super) fn push(&mut self, mut simplex: [NodeId; N]) {
         simplex.sort_unstable();
-        if self.0.len() == self.0.capacity() {
-            // What is there twice goes before more memory comes.
+        if self.0.len() == self.0.capacity() && self.0.len() >= MANY {
             self.tidy();
-            self.0.reserve(self.0.len() + 1024);
         }
         self.0.push(simplex);
     }
 
     fn tidy(&mut self) {
-        self.0.sort_unstable_by_key(key);
+        sort_by_first(&mut self.0);
+        for same_first in self.0.chunk_by_mut(|a, b| a[0] == b[0]) {
+            same_first.sort_unstable_by_key(key);
+        }
         self.0.dedup();
     }
 
@@ -32,6 +36,30 @@ impl<const N: usize> Simplices<N> {
         self.tidy();
         self.0.shrink_to_fit();
         self.0
+    }
+}
+
+/// Sorts by the first node, in linear time: digit by digit, the lowest first.
+fn sort_by_first<const N: usize>(simplices: &mut Vec<[NodeId; N]>) {
+    const DIGIT: u32 = 11;
+    let greatest = simplices.iter().map(|simplex| simplex[0]).max().unwrap_or(0);
+    let mut sorted = vec![[0; N]; if greatest > 0 { simplices.len() } else { 0 }];
+    let mut shift = 0;
+    while shift < u32::BITS && greatest >> shift > 0 {
+        let digit = |simplex: &[NodeId; N]| (simplex[0] >> shift) as usize % (1 << DIGIT);
+        let mut places = [0u32; 1 << DIGIT];
+        simplices.iter().for_each(|simplex| places[digit(simplex)] += 1);
+        let mut next = 0;
+        for place in &mut places {
+            next += std::mem::replace(place, next);
+        }
+        for simplex in &*simplices {
+            let place = &mut places[digit(simplex)];
+            sorted[*place as usize] = *simplex;
+            *place += 1;
+        }
+        std::mem::swap(simplices, &mut sorted);
+        shift += DIGIT;
     }
 }
 

@@ -14,15 +14,16 @@ use rayon::prelude::*;
 
 /// Which neighbours of a pixel may belong to its region.
 ///
-/// It decides which pixels are one region, and nothing else: the [dual](crate::complex::dual) joins
-/// what shares sides of pixels, whichever the connectivity. At a corner where four boundaries meet
-/// it has a ghost. There [`Face`](Self::Face) leaves opposite pixels apart, so that they are one
-/// region only if joined elsewhere; the background between them is connected by their corner
-/// no more than they are. [`Vertex`](Self::Vertex) joins *every* two opposite pixels of one class.
-/// Where only one pair is equal, its region passes between the two others. Where both are, as on a
-/// chessboard, two regions would cross, which no drawing in the plane can do: both stay one region
-/// by number, the ghost has two regions around it, and in [nesting](crate::complex::Nesting)
-/// neither passes.
+/// It decides which pixels are one region, and so, dually, what surrounds a region: its outside and
+/// its holes connect by corners under [`Face`](Self::Face), and under [`Vertex`](Self::Vertex) by
+/// sides alone wherever the region itself passes. The [dual complex](crate::complex::dual) has a ghost
+/// at every corner where four boundaries meet, whichever the connectivity; of the regions around it,
+///
+/// - under `Face` there are four, unless opposite pixels are joined elsewhere, and none passes;
+/// - under `Vertex` opposite pixels of one class are one region. Where just one pair is, it passes
+///   between the two others. Where both are, as on a chessboard, two regions would cross, which in the
+///   plane they cannot: each stays one region, the ghost stands between the two, and
+///   [nesting](crate::complex::Nesting) lets neither pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Connectivity {
     #[default]
@@ -253,11 +254,20 @@ impl Band {
 
     /// Writes the region of each pixel, given that of each piece.
     fn paint(&self, regions: &[RegionId], width: usize, labels: &mut [RegionId]) {
+        const SHORT: usize = 8;
         for (row, labels) in labels.chunks_exact_mut(width).enumerate() {
             let runs = self.starts[row] as usize..self.starts[row + 1] as usize;
             let mut start = 0;
             for (&end, &piece) in self.ends[runs.clone()].iter().zip(&self.pieces[runs]) {
-                labels[start..end as usize].fill(regions[piece as usize]);
+                let region = regions[piece as usize];
+                // Most runs of a busy picture are short. What is written beyond one is written over.
+                match labels.get_mut(start..start + SHORT) {
+                    Some(short) => short.fill(region),
+                    None => labels[start..end as usize].fill(region),
+                }
+                if end as usize > start + SHORT {
+                    labels[start + SHORT..end as usize].fill(region);
+                }
                 start = end as usize;
             }
         }
@@ -301,29 +311,27 @@ fn number(bands: &[Band], parents: &mut [u32]) -> Vec<u32> {
     classes
 }
 
+/// Pushes where the runs of a row end.
 fn push_ends(ends: &mut Vec<u32>, row: &[u32]) {
-    const CHUNK: usize = 16;
-    let mut start = 0;
-    while start < row.len() {
-        let class = row[start];
-        let mut end = start + 1;
-        // Short runs pixel by pixel, what is left of long ones many at a time.
-        let near = row.len().min(start + CHUNK);
-        while end < near && row[end] == class {
-            end += 1;
+    const CHUNK: usize = 64;
+    let last = row.len() - 1;
+    for start in (0..last).step_by(CHUNK) {
+        let end = last.min(start + CHUNK);
+        let (here, next) = (&row[start..end], &row[start + 1..end + 1]);
+        if here == next {
+            continue;
         }
-        if end == near {
-            let differs = |chunk: &[u32]| chunk.iter().fold(0, |all, &c| all | (c ^ class)) != 0;
-            while row.get(end..end + CHUNK).is_some_and(|chunk| !differs(chunk)) {
-                end += CHUNK;
-            }
-            while end < row.len() && row[end] == class {
-                end += 1;
-            }
+        // A bit for each change: the many short runs of a busy picture cost no branch each.
+        let mut changes = 0u64;
+        for (i, (a, b)) in here.iter().zip(next).enumerate() {
+            changes |= u64::from(a != b) << i;
         }
-        ends.push(end as u32);
-        start = end;
+        while changes != 0 {
+            ends.push(start as u32 + changes.trailing_zeros() + 1);
+            changes &= changes - 1;
+        }
     }
+    ends.push(row.len() as u32);
 }
 
 fn root(parents: &mut [u32], mut at: usize) -> usize {
