@@ -26,7 +26,7 @@ pub fn names() -> Vec<&'static str> {
 
 pub fn print(rows: &Rows) {
     let pictures = rows.pick(&PICTURES, |&(name, _)| name.into());
-    if pictures.is_empty() || rows.0.iter().any(|word| word.parse::<u32>().is_ok()) {
+    if pictures.is_empty() || rows.are_numbered() {
         return;
     }
     println!(

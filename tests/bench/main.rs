@@ -56,9 +56,13 @@ fn main() -> ExitCode {
 struct Rows(Vec<String>);
 
 impl Rows {
-    /// Those of `names` that are wanted: all where no word is of this kind.
+    /// Whether a table without numbers of regions is not meant.
+    fn are_numbered(&self) -> bool {
+        self.0.iter().any(|word| is_number(word))
+    }
+
+    /// Those of `rows` that are wanted by name: all where no word is of this kind.
     fn pick<'a, T>(&self, rows: &'a [T], name: impl Fn(&T) -> String) -> Vec<&'a T> {
-        let is_number = |word: &str| word.parse::<u32>().is_ok();
         let of_kind = |row: &T, word: &String| is_number(word) == is_number(&name(row));
         let chosen = |row: &&T| {
             let mut words = self.0.iter().filter(|word| of_kind(row, word)).peekable();
@@ -66,4 +70,8 @@ impl Rows {
         };
         rows.iter().filter(chosen).collect()
     }
+}
+
+fn is_number(word: &str) -> bool {
+    word.parse::<u32>().is_ok()
 }

@@ -22,7 +22,7 @@ pub fn names() -> Vec<&'static str> {
 
 pub fn print(rows: &Rows) {
     let pictures = rows.pick(&PICTURES, |&(name, _)| name.into());
-    if pictures.is_empty() {
+    if pictures.is_empty() || rows.are_numbered() {
         return;
     }
     println!(
