@@ -7,11 +7,13 @@ mod constraints;
 mod forces;
 mod planes;
 mod random;
+mod repair;
 mod start;
 mod verify;
 
 pub use constraints::{Cells, Constraints};
 pub use forces::settle;
 pub use planes::fit_planes;
+pub use repair::{Embedding, place};
 pub use start::start;
 pub use verify::{Violations, broken_lists, model_violations, sampled_violations, violations};
