@@ -1,16 +1,19 @@
 //! Placing and repair: positions under which every list decodes, or finer cells where there are none.
 
-use super::constraints::{Cells, Constraints};
-use super::{broken_lists, settle, start};
+use super::constraints::{Cells, Constraints, Finder};
+use super::forces::{Unsettled, settle};
+use super::start::start;
+use super::verify::broken_lists;
 use crate::complex::{CellLists, Dual, Gathered};
-use crate::gamma::{self, Value};
-use crate::model::{ListId, NodeId};
+use crate::gamma;
 
 /// Rounds of repair.
 const ROUNDS: u64 = 24;
-/// Rounds in which nodes move as they are before cells are split.
+/// Rounds in which nodes move as they are before cells are split …
 const MOVES: u64 = 3;
-/// Rounds after which all begin again from elsewhere.
+/// … unless more than this share of the lists is broken.
+const FEW: f64 = 0.005;
+/// Rounds after which nodes of broken lists, and all around them, begin again from elsewhere.
 const RESTART: u64 = 8;
 
 /// Lists, and positions under which they decode.
@@ -29,49 +32,55 @@ pub fn place(
     cells: &mut CellLists<'_, 2>,
     settled: Option<Vec<[u8; 3]>>,
 ) -> Embedding {
-    let complex = Cells { edges: &dual.edges, faces: &dual.faces, ghosts: &dual.ghosts };
-    let mut restless = settled.as_ref().map(|_| vec![false; dual.regions]);
-    let mut at: Vec<Value<3>> = match settled {
-        Some(positions) => positions.into_iter().map(gamma::value).collect(),
-        None => start(&cells.anchors(), 0),
-    };
+    let finder =
+        Finder::new(Cells { edges: &dual.edges, faces: &dual.faces, ghosts: &dual.ghosts });
     let mut gathered = cells.gather();
-    let mut constraints = Constraints::new(&gathered.lists, complex);
-    let mut broken: Vec<bool> = Vec::new();
-    for round in 0.. {
-        let positions = settle(&at, restless.as_deref(), &constraints, round);
-        let moved = |&node: &NodeId| at[node as usize] != gamma::value(positions[node as usize]);
-        // After a round of splitting the lists are others, and none is known to hold.
-        let known = !broken.is_empty();
-        broken = broken_lists(&positions, &gathered.lists, complex, |id, list| {
-            !known || broken[id as usize] || list.iter().any(moved)
-        });
-        if round == ROUNDS || !broken.contains(&true) {
-            return Embedding { gathered, positions };
+    let mut constraints = Constraints::new(&gathered.lists, &finder);
+    let mut positions = settled.unwrap_or_else(|| {
+        let at = start(&cells.anchors(), 0);
+        settle(Unsettled { at, restless: vec![true; dual.regions], hurry: true }, &constraints, 0)
+    });
+    for round in 1.. {
+        let broken = broken_lists(&positions, &constraints);
+        if round > ROUNDS || broken.is_empty() {
+            break;
         }
-        let is_broken = |lists: &[ListId]| lists.iter().any(|&list| broken[list as usize]);
+        let mut restless = vec![false; dual.regions];
+        let mut at: Vec<gamma::Value<3>> = positions.iter().map(|&x| gamma::value(x)).collect();
+        for &list in &broken {
+            constraints.local(list).nodes.iter().for_each(|&n| restless[n as usize] = true);
+        }
+        if round % RESTART == 0 {
+            let elsewhere = start(&cells.anchors(), round);
+            let core = restless.clone();
+            for node in (0..).zip(&core).filter(|(_, core)| **core).map(|(node, _)| node) {
+                for &list in constraints.of_node(node) {
+                    for &node in constraints.local(list as usize).nodes {
+                        restless[node as usize] = true;
+                        at[node as usize] = elsewhere[node as usize];
+                    }
+                }
+            }
+        }
+        let many = broken.len() as f64 > FEW * constraints.len() as f64;
         let mut split = false;
-        for block in 0..gathered.blocks.len() {
-            if round % MOVES == MOVES - 1 && is_broken(&gathered.blocks[block].1) {
-                split |= cells.refine(block);
+        if many || round % MOVES == 0 {
+            let mut is_broken = vec![false; gathered.lists.len()];
+            broken.iter().for_each(|&list| is_broken[constraints.id(list) as usize] = true);
+            for (block, (_, lists)) in gathered.blocks.iter().enumerate() {
+                if lists.iter().any(|&list| is_broken[list as usize]) && cells.refine(block) {
+                    split = true;
+                    let nodes = lists.iter().flat_map(|&list| gathered.lists.get(list));
+                    nodes.for_each(|&node| restless[node as usize] = true);
+                }
             }
         }
         if split {
             gathered = cells.gather();
-            constraints = Constraints::new(&gathered.lists, complex);
-        }
-        if split || round % RESTART == RESTART - 1 {
-            at = start(&cells.anchors(), round);
-            restless = None;
-            broken.clear();
-            continue;
-        }
-        let moving = restless.insert(vec![false; dual.regions]);
-        for (list, _) in gathered.lists.iter().zip(&broken).filter(|(_, broken)| **broken) {
-            list.iter().for_each(|&node| moving[node as usize] = true);
+            constraints = Constraints::new(&gathered.lists, &finder);
         }
         // Nodes start where they are: what holds will hold.
-        at = positions.iter().map(|&position| gamma::value(position)).collect();
+        positions = settle(Unsettled { at, restless, hurry: split }, &constraints, round);
     }
-    unreachable!("the loop above returns")
+    Embedding { gathered, positions }
 }
