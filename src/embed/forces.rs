@@ -49,6 +49,8 @@ const NUDGE: f64 = 40.0;
 const DRIFT: f32 = 0.5;
 /// A node with more lists than this is moved less by each of them.
 const MANY: f64 = 8.0;
+/// A node that takes less of a push than this is a hub.
+const HUB: f32 = 1.0 / 32.0;
 /// The faces of value space keep this far from nodes, so that texels can overshoot them.
 const RIM: f64 = 8.0;
 
@@ -61,6 +63,9 @@ pub(super) struct Unsettled<const E: usize> {
     pub restless: Vec<bool>,
     /// Whether to give up soon where many nodes are in broken constraints.
     pub hurry: bool,
+    /// Whether hubs, which are in very many lists, make way where only those in broken constraints
+    /// move. Others should first: all those lists would have to be looked at.
+    pub hubs: bool,
 }
 
 /// Moves nodes until the constraints hold with clearance, and rounds them to bytes. Another `seed`
@@ -68,7 +73,7 @@ pub(super) struct Unsettled<const E: usize> {
 ///
 /// Deterministic. What could not be satisfied is for [`broken_lists`](super::verify::broken_lists) to find.
 pub(super) fn settle<const E: usize>(
-    Unsettled { at, restless, hurry }: Unsettled<E>,
+    Unsettled { at, restless, hurry, hubs }: Unsettled<E>,
     constraints: &Constraints,
     seed: u64,
 ) -> Vec<[u8; E]> {
@@ -95,6 +100,7 @@ pub(super) fn settle<const E: usize>(
         let local = look + 1 >= GLOBAL_LOOKS;
         if look + 1 == GLOBAL_LOOKS {
             solver.mobile.fill(false);
+            solver.least_light = if hubs { 0.0 } else { HUB };
         }
         solver.ease_off(&stuck, local.then_some(seed << 8 | look as u64));
         if local {
@@ -117,6 +123,8 @@ struct Solver<'a, const E: usize> {
     crowd: Vec<u8>,
     /// Nodes that may move.
     mobile: Vec<bool>,
+    /// Nodes that are less light do not begin to move.
+    least_light: f32,
     /// Lists whose nodes have moved.
     marked: Vec<bool>,
     /// How far apart two nodes want to be, by the length of their longest list.
@@ -153,6 +161,7 @@ impl<'a, const E: usize> Solver<'a, E> {
             lightness: (0..nodes as NodeId).map(|node| lightness(node) as f32).collect(),
             crowd,
             mobile,
+            least_light: 0.0,
             marked: vec![true; constraints.len()],
             distances: std::array::from_fn(|n| DISTANCE * (2.0 / n.max(2) as f64).powf(CROWDING)),
         }
@@ -236,6 +245,10 @@ impl<'a, const E: usize> Solver<'a, E> {
     /// are thrown elsewhere, a few at a time.
     fn ease_off(&mut self, stuck: &[NodeId], throws: Option<u64>) {
         for &node in stuck {
+            let light = self.lightness[node as usize] >= self.least_light;
+            if throws.is_some() && !light {
+                continue;
+            }
             let at = &mut self.at[node as usize];
             let ease = &mut self.ease[node as usize];
             if *ease > LEAST_EASE {

@@ -38,7 +38,8 @@ pub fn place(
     let mut constraints = Constraints::new(&gathered.lists, &finder);
     let mut positions = settled.unwrap_or_else(|| {
         let at = start(&cells.anchors(), 0);
-        settle(Unsettled { at, restless: vec![true; dual.regions], hurry: true }, &constraints, 0)
+        let restless = vec![true; dual.regions];
+        settle(Unsettled { at, restless, hurry: true, hubs: false }, &constraints, 0)
     });
     for round in 1.. {
         let broken = broken_lists(&positions, &constraints);
@@ -80,7 +81,8 @@ pub fn place(
             constraints = Constraints::new(&gathered.lists, &finder);
         }
         // Nodes start where they are: what holds will hold.
-        positions = settle(Unsettled { at, restless, hurry: split }, &constraints, round);
+        let hubs = round % MOVES == MOVES - 1;
+        positions = settle(Unsettled { at, restless, hurry: split, hubs }, &constraints, round);
     }
     Embedding { gathered, positions }
 }
