@@ -126,7 +126,15 @@ pub fn sampled_violations<const D: usize, const E: usize>(model: &Model<D, E>) -
         .into_par_iter()
         .map(|list| {
             let list = model.lists.get(list);
-            sampled_in(list, cells, &by_last, &at, &|v| model.winner(list, v))
+            if !model.planes.is_empty() {
+                return sampled_in(list, cells, &by_last, &at, &|v| model.winner(list, v));
+            }
+            // The same γ, its candidates looked up once.
+            let real = list.iter().filter(|&&node| model.nodes[node as usize].region.is_some());
+            let real: Vec<(NodeId, Value<E>)> = real.map(|&node| (node, at(node))).collect();
+            let positions = || real.iter().map(|&(_, position)| position);
+            let winner = |v: Value<E>| gamma::nearest(v, positions()).map(|i| real[i].0);
+            sampled_in(list, cells, &by_last, &at, &winner)
         })
         .sum()
 }
