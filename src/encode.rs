@@ -1,24 +1,17 @@
 //! The whole way from a source to a model: the only place that knows every stage.
 
 use crate::complex::{CellLists, Dual, Gathered, dual};
-use crate::embed::{self, Constraints};
+use crate::embed::{self, Embedding};
 use crate::error::{Error, Result};
 use crate::fit;
-use crate::gamma::{self, Gamma, Value};
+use crate::gamma::Gamma;
 use crate::kernel::Kernel;
 use crate::labels::{Connectivity, Regions, Source, components};
 use crate::limits::Limits;
-use crate::model::{Block, Cells, Image, ListId, Node, NodeId, Region};
+use crate::model::{Block, Cells, Image, Node, Region};
 
 /// log₂ of the width of a block.
 const BLOCK_LOG2: u8 = 6;
-
-/// Rounds of repair.
-const ROUNDS: u64 = 24;
-/// Rounds in which nodes move as they are before cells are split.
-const MOVES: u64 = 3;
-/// Rounds after which all begin again from elsewhere.
-const RESTART: u64 = 8;
 
 /// What the caller may choose.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -73,7 +66,7 @@ pub fn encode(
     let mut settled = None;
     loop {
         stage("placing nodes");
-        let embedding = embed_with_repair(&dual, &mut cells, settled);
+        let embedding = embed::place(&dual, &mut cells, settled);
         settled = Some(embedding.positions.clone());
         stage("fitting texels");
         let mut image = assemble(source, options, &regions, &dual, embedding);
@@ -91,67 +84,6 @@ pub fn encode(
         }
         cells.refine_at(&lost);
     }
-}
-
-/// Lists, and positions under which they decode.
-struct Embedding {
-    gathered: Gathered,
-    positions: Vec<[u8; 3]>,
-}
-
-/// Places nodes. Where the placing fails, nodes move again and blocks get finer cells, until nothing
-/// fails or nothing more can be done. Where positions are `settled` for coarser cells, most hold for
-/// finer ones.
-fn embed_with_repair(
-    dual: &Dual,
-    cells: &mut CellLists<'_, 2>,
-    settled: Option<Vec<[u8; 3]>>,
-) -> Embedding {
-    let complex = embed::Cells { edges: &dual.edges, faces: &dual.faces, ghosts: &dual.ghosts };
-    let mut restless = settled.as_ref().map(|_| vec![false; dual.regions]);
-    let mut at: Vec<Value<3>> = match settled {
-        Some(positions) => positions.into_iter().map(gamma::value).collect(),
-        None => embed::start(&cells.anchors(), 0),
-    };
-    let mut gathered = cells.gather();
-    let mut constraints = Constraints::new(&gathered.lists, complex);
-    let mut broken: Vec<bool> = Vec::new();
-    for round in 0.. {
-        let positions = embed::settle(&at, restless.as_deref(), &constraints, round);
-        let moved = |&node: &NodeId| at[node as usize] != gamma::value(positions[node as usize]);
-        // After a round of splitting the lists are others, and none is known to hold.
-        let known = !broken.is_empty();
-        broken = embed::broken_lists(&positions, &gathered.lists, complex, |id, list| {
-            !known || broken[id as usize] || list.iter().any(moved)
-        });
-        if round == ROUNDS || !broken.contains(&true) {
-            return Embedding { gathered, positions };
-        }
-        let is_broken = |lists: &[ListId]| lists.iter().any(|&list| broken[list as usize]);
-        let mut split = false;
-        for block in 0..gathered.blocks.len() {
-            if round % MOVES == MOVES - 1 && is_broken(&gathered.blocks[block].1) {
-                split |= cells.refine(block);
-            }
-        }
-        if split {
-            gathered = cells.gather();
-            constraints = Constraints::new(&gathered.lists, complex);
-        }
-        if split || round % RESTART == RESTART - 1 {
-            at = embed::start(&cells.anchors(), round);
-            restless = None;
-            broken.clear();
-            continue;
-        }
-        let moving = restless.insert(vec![false; dual.regions]);
-        for (list, _) in gathered.lists.iter().zip(&broken).filter(|(_, broken)| **broken) {
-            list.iter().for_each(|&node| moving[node as usize] = true);
-        }
-        // Nodes start where they are: what holds will hold.
-        at = positions.iter().map(|&position| gamma::value(position)).collect();
-    }
-    unreachable!("the loop above returns")
 }
 
 fn assemble(

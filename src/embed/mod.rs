@@ -8,12 +8,13 @@ mod cut;
 mod forces;
 mod planes;
 mod random;
+mod repair;
+mod spread;
 mod start;
 mod verify;
 
-pub use constraints::{Cells, Constraints};
+pub use constraints::Cells;
 pub use cut::Cut;
-pub use forces::settle;
 pub use planes::fit_planes;
-pub use start::start;
-pub use verify::{Violations, broken_lists, model_violations, sampled_violations, violations};
+pub use repair::{Embedding, place};
+pub use verify::{Violations, model_violations, sampled_violations, violations};
