@@ -2,15 +2,17 @@
 
 use crate::compare::decode_regions;
 use crate::complex::{CellLists, Dual, Gathered, dual};
+use crate::container::Notes;
 use crate::embed::{self, Constraints};
 use crate::error::{Error, Result};
 use crate::fit;
+use crate::forbid::{Forbidden, forbid_classes};
 use crate::gamma::{self, Gamma, Value};
 use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::{Connectivity, Regions, Source, components};
 use crate::limits::Limits;
-use crate::model::{Block, Cells, Image, ListId, Node, NodeId, Region, RegionId};
+use crate::model::{Block, Cells, Image, ListId, Lists, Node, NodeId, Region, RegionId};
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -36,6 +38,8 @@ pub struct EncodeOptions {
     pub gamma: Gamma,
     /// Which neighbours of a pixel may belong to its region.
     pub connectivity: Connectivity,
+    /// Classes that must not meet; a class may be a layer in one rule and be parted in another.
+    pub forbidden: Vec<Forbidden>,
     /// Caps on the source.
     pub limits: Limits,
 }
@@ -47,6 +51,7 @@ impl Default for EncodeOptions {
             kernel: Kernel::default(),
             gamma: Gamma::default(),
             connectivity: Connectivity::default(),
+            forbidden: Vec::new(),
             limits: Limits::default(),
         }
     }
@@ -55,13 +60,27 @@ impl Default for EncodeOptions {
 /// Encodes an image. `stage` is told what is about to be done, for a progress display.
 ///
 /// # Errors
-/// [`Error::Usage`] for a texel size that is no power of two from 2 to 64, [`Error::Limit`] for more
-/// regions than the limits allow.
+/// [`Error::Usage`] for a texel size that is no power of two from 2 to 64, or classes to be parted that
+/// the picture does not have; [`Error::Limit`] for more regions than the limits allow, or where there
+/// is no room for a layer.
 pub fn encode(
     source: &Source<2>,
     options: &EncodeOptions,
-    mut stage: impl FnMut(&'static str),
+    stage: impl FnMut(&'static str),
 ) -> Result<Image> {
+    Ok(encode_with_notes(source, options, stage)?.0)
+}
+
+/// Encodes an image, with what is to be noted in its file: see
+/// [`container::write_with`](crate::container::write_with).
+///
+/// # Errors
+/// As [`encode`].
+pub fn encode_with_notes(
+    source: &Source<2>,
+    options: &EncodeOptions,
+    mut stage: impl FnMut(&'static str),
+) -> Result<(Image, Notes)> {
     let texel_log2 = options.texel_size.trailing_zeros() as u8;
     if !options.texel_size.is_power_of_two() || !Image::TEXEL_LOG2.contains(&texel_log2) {
         return Err(Error::Usage(format!(
@@ -75,10 +94,12 @@ pub fn encode(
     let dual = dual(&regions);
     let mut cells = CellLists::new(&regions, BLOCK_LOG2, texel_log2);
     let mut settled = None;
+    let mut notes = Notes::default();
     loop {
         stage("placing nodes");
         let embedding = embed_with_repair(&dual, &mut cells, settled);
         settled = Some(embedding.positions.clone());
+        notes.violations_before = notes.violations_before.or(Some(embedding.violations_before));
         stage("fitting texels");
         let mut image = assemble(source, options, &regions, &dual, embedding);
         fit::start(&mut image, &regions);
@@ -94,7 +115,12 @@ pub fn encode(
             stage("fitting planes");
             embed::fit_planes(&mut image, &regions);
         }
-        return Ok(image);
+        if !options.forbidden.is_empty() {
+            stage("parting what must not meet");
+            let mut classes = regions.classes;
+            forbid_classes(&mut image, &mut classes, source, &options.forbidden)?;
+        }
+        return Ok((image, notes));
     }
 }
 
@@ -134,6 +160,8 @@ fn blocks_that_lose(image: &Image, regions: &Regions<2>) -> BTreeSet<usize> {
 struct Embedding {
     gathered: Gathered,
     positions: Vec<[u8; 3]>,
+    /// Violations of the first of all placings, before any repair.
+    violations_before: u32,
 }
 
 /// Places nodes. Where the placing fails, nodes move again and blocks get finer cells, until nothing
@@ -153,6 +181,7 @@ fn embed_with_repair(
     let mut gathered = cells.gather();
     let mut constraints = Constraints::new(&gathered.lists, complex);
     let mut broken: Vec<bool> = Vec::new();
+    let mut violations_before = 0;
     for round in 0.. {
         let positions = embed::settle(&at, restless.as_deref(), &constraints, round);
         let moved = |&node: &NodeId| at[node as usize] != gamma::value(positions[node as usize]);
@@ -161,8 +190,11 @@ fn embed_with_repair(
         broken = embed::broken_lists(&positions, &gathered.lists, complex, |id, list| {
             !known || broken[id as usize] || list.iter().any(moved)
         });
+        if round == 0 {
+            violations_before = count_violations(&positions, &gathered.lists, &broken, dual);
+        }
         if round == ROUNDS || !broken.contains(&true) {
-            return Embedding { gathered, positions };
+            return Embedding { gathered, positions, violations_before };
         }
         let is_broken = |lists: &[ListId]| lists.iter().any(|&list| broken[list as usize]);
         let mut split = false;
@@ -191,6 +223,44 @@ fn embed_with_repair(
     unreachable!("the loop above returns")
 }
 
+/// The violations in the lists that are broken; there are none in the others.
+fn count_violations(positions: &[[u8; 3]], lists: &Lists, broken: &[bool], dual: &Dual) -> u32 {
+    if !broken.contains(&true) {
+        return 0;
+    }
+    let mut broken_lists = Lists::default();
+    for (list, _) in lists.iter().zip(broken).filter(|(_, broken)| **broken) {
+        broken_lists.push(list);
+    }
+    // No more of a picture than is counted in.
+    let model = Image {
+        size: [1; 2],
+        kernel: Kernel::default(),
+        gamma: Gamma::Voronoi,
+        block_log2: BLOCK_LOG2,
+        regions: Vec::new(),
+        nodes: nodes(positions, dual),
+        edges: dual.edges.clone(),
+        faces: dual.faces.clone(),
+        planes: Vec::new(),
+        lists: broken_lists,
+        blocks: Vec::new(),
+    };
+    embed::model_violations(&model).try_into().unwrap_or(u32::MAX)
+}
+
+/// Regions' nodes, and each ghost in the middle of the nodes around it.
+fn nodes(positions: &[[u8; 3]], dual: &Dual) -> Vec<Node<3>> {
+    let ghost = |around: &Vec<u32>| {
+        let sum =
+            |e: usize| around.iter().map(|&n| usize::from(positions[n as usize][e])).sum::<usize>();
+        let position = std::array::from_fn(|e| (sum(e) / around.len().max(1)) as u8);
+        Node { position, region: None }
+    };
+    let real = (0..).zip(positions).map(|(id, &position)| Node { position, region: Some(id) });
+    real.chain(dual.ghosts.iter().map(ghost)).collect()
+}
+
 fn assemble(
     source: &Source<2>,
     options: &EncodeOptions,
@@ -198,7 +268,7 @@ fn assemble(
     dual: &Dual,
     embedding: Embedding,
 ) -> Image {
-    let Embedding { gathered: Gathered { lists, blocks }, positions } = embedding;
+    let Embedding { gathered: Gathered { lists, blocks }, positions, .. } = embedding;
     let blocks = blocks
         .into_iter()
         .map(|(texel_log2, cells)| match *lists.get(cells[0]) {
@@ -206,22 +276,13 @@ fn assemble(
             _ => Block::Cells(Cells { texel_log2, lists: cells, texels: Vec::new() }),
         })
         .collect();
-    let ghost = |around: &Vec<u32>| {
-        let sum =
-            |e: usize| around.iter().map(|&n| usize::from(positions[n as usize][e])).sum::<usize>();
-        let position = std::array::from_fn(|e| (sum(e) / around.len().max(1)) as u8);
-        Node { position, region: None }
-    };
-    let ghosts: Vec<Node<3>> = dual.ghosts.iter().map(ghost).collect();
-    let real =
-        (0..).zip(positions).map(|(region, position)| Node { position, region: Some(region) });
     Image {
         size: source.size(),
         kernel: options.kernel,
         gamma: options.gamma,
         block_log2: BLOCK_LOG2,
         regions: regions.classes.iter().map(|&c| Region { color: source.color(c) }).collect(),
-        nodes: real.chain(ghosts).collect(),
+        nodes: nodes(&positions, dual),
         edges: dual.edges.clone(),
         faces: dual.faces.clone(),
         planes: Vec::new(),
