@@ -83,7 +83,8 @@ pub(crate) fn forbid_classes(
                 name(via)
             )));
         }
-        let is_there = |class| classes.contains(class) || rules.iter().any(|r| r.via == *class);
+        let is_there =
+            |class: &u32| classes.contains(class) || rules.iter().any(|r| r.via == *class);
         if let Some(unknown) = [a, b].into_iter().find(|class| !is_there(class)) {
             return Err(Error::Usage(format!("there is no {} in the picture", name(unknown))));
         }
