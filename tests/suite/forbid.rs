@@ -177,9 +177,9 @@ fn classes_are_parted_when_a_picture_is_encoded() {
         let spots: Vec<usize> = of_class(1).collect();
         assert_eq!(spots.len(), 6);
         for spot in spots {
-            assert_eq!(contacts(&image, ground as u32, spot as u32, 4), 0);
+            assert_eq!(contacts(image, ground as u32, spot as u32, 4), 0);
         }
-        assert_eq!(embed::model_violations(&image), 0);
+        assert_eq!(embed::model_violations(image), 0);
     }
 }
 
