@@ -181,7 +181,8 @@ fn paint<const D: usize>(
     Ok(Regions { size: source.size(), labels, classes })
 }
 
-#[cfg(test)]
+// Not on wasm, which proptest is not built for.
+#[cfg(all(test, not(target_arch = "wasm32")))]
 mod tests {
     use super::*;
     use proptest::prelude::*;
