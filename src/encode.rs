@@ -1,9 +1,11 @@
 //! The whole way from a source to a model: the only place that knows every stage.
 
 use crate::complex::{CellLists, Dual, Gathered, dual};
+use crate::container::Notes;
 use crate::embed::{self, Embedding};
 use crate::error::{Error, Result};
 use crate::fit;
+use crate::forbid::{Forbidden, forbid_classes};
 use crate::gamma::Gamma;
 use crate::kernel::Kernel;
 use crate::labels::{Connectivity, Regions, Source, components};
@@ -25,6 +27,8 @@ pub struct EncodeOptions {
     pub gamma: Gamma,
     /// Which neighbours of a pixel may belong to its region.
     pub connectivity: Connectivity,
+    /// Classes that must not meet; a class may be a layer in one rule and be parted in another.
+    pub forbidden: Vec<Forbidden>,
     /// Caps on the source.
     pub limits: Limits,
 }
@@ -36,6 +40,7 @@ impl Default for EncodeOptions {
             kernel: Kernel::default(),
             gamma: Gamma::default(),
             connectivity: Connectivity::default(),
+            forbidden: Vec::new(),
             limits: Limits::default(),
         }
     }
@@ -44,13 +49,27 @@ impl Default for EncodeOptions {
 /// Encodes an image. `stage` is told what is about to be done, for a progress display.
 ///
 /// # Errors
-/// [`Error::Usage`] for a texel size that is no power of two from 2 to 64, [`Error::Limit`] for more
-/// regions than the limits allow.
+/// [`Error::Usage`] for a texel size that is no power of two from 2 to 64, or classes to be parted that
+/// the picture does not have; [`Error::Limit`] for more regions than the limits allow, or where there
+/// is no room for a layer.
 pub fn encode(
     source: &Source<2>,
     options: &EncodeOptions,
-    mut stage: impl FnMut(&'static str),
+    stage: impl FnMut(&'static str),
 ) -> Result<Image> {
+    Ok(encode_with_notes(source, options, stage)?.0)
+}
+
+/// Encodes an image, with what is to be noted in its file: see
+/// [`container::write_with`](crate::container::write_with).
+///
+/// # Errors
+/// As [`encode`].
+pub fn encode_with_notes(
+    source: &Source<2>,
+    options: &EncodeOptions,
+    mut stage: impl FnMut(&'static str),
+) -> Result<(Image, Notes)> {
     let texel_log2 = options.texel_size.trailing_zeros() as u8;
     if !options.texel_size.is_power_of_two() || !(1..=BLOCK_LOG2).contains(&texel_log2) {
         return Err(Error::Usage(format!(
@@ -64,10 +83,12 @@ pub fn encode(
     let dual = dual(&regions);
     let mut cells = CellLists::new(&regions, BLOCK_LOG2, texel_log2);
     let mut settled = None;
+    let mut notes = Notes::default();
     loop {
         stage("placing nodes");
         let embedding = embed::place(&dual, &mut cells, settled);
         settled = Some(embedding.positions.clone());
+        notes.violations_before = notes.violations_before.or(Some(embedding.violations_before));
         stage("fitting texels");
         let mut image = assemble(source, options, &regions, &dual, embedding);
         fit::start(&mut image, &regions);
@@ -79,11 +100,29 @@ pub fn encode(
             stage("looking for what was lost");
             lost = fit::rescue(&mut image, &regions);
         }
-        if lost.is_empty() {
-            return Ok(image);
+        if !lost.is_empty() {
+            cells.refine_at(&lost);
+            continue;
         }
-        cells.refine_at(&lost);
+        if !options.forbidden.is_empty() {
+            stage("parting what must not meet");
+            let mut classes = regions.classes;
+            forbid_classes(&mut image, &mut classes, source, &options.forbidden)?;
+        }
+        return Ok((image, notes));
     }
+}
+
+/// Regions' nodes, and each ghost in the middle of the nodes around it.
+fn nodes(positions: &[[u8; 3]], dual: &Dual) -> Vec<Node<3>> {
+    let ghost = |around: &Vec<u32>| {
+        let sum =
+            |e: usize| around.iter().map(|&n| usize::from(positions[n as usize][e])).sum::<usize>();
+        let position = std::array::from_fn(|e| (sum(e) / around.len().max(1)) as u8);
+        Node { position, region: None }
+    };
+    let real = (0..).zip(positions).map(|(id, &position)| Node { position, region: Some(id) });
+    real.chain(dual.ghosts.iter().map(ghost)).collect()
 }
 
 fn assemble(
@@ -93,7 +132,7 @@ fn assemble(
     dual: &Dual,
     embedding: Embedding,
 ) -> Image {
-    let Embedding { gathered: Gathered { lists, blocks }, positions } = embedding;
+    let Embedding { gathered: Gathered { lists, blocks }, positions, .. } = embedding;
     let blocks = blocks
         .into_iter()
         .map(|(texel_log2, cells)| match *lists.get(cells[0]) {
@@ -101,22 +140,13 @@ fn assemble(
             _ => Block::Cells(Cells { texel_log2, lists: cells, texels: Vec::new() }),
         })
         .collect();
-    let ghost = |around: &Vec<u32>| {
-        let sum =
-            |e: usize| around.iter().map(|&n| usize::from(positions[n as usize][e])).sum::<usize>();
-        let position = std::array::from_fn(|e| (sum(e) / around.len().max(1)) as u8);
-        Node { position, region: None }
-    };
-    let ghosts: Vec<Node<3>> = dual.ghosts.iter().map(ghost).collect();
-    let real =
-        (0..).zip(positions).map(|(region, position)| Node { position, region: Some(region) });
     Image {
         size: source.size(),
         kernel: options.kernel,
         gamma: options.gamma,
         block_log2: BLOCK_LOG2,
         regions: regions.classes.iter().map(|&c| Region { color: source.color(c) }).collect(),
-        nodes: real.chain(ghosts).collect(),
+        nodes: nodes(&positions, dual),
         edges: dual.edges.clone(),
         faces: dual.faces.clone(),
         planes: Vec::new(),

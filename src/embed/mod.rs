@@ -14,7 +14,9 @@ mod start;
 mod verify;
 
 pub use constraints::Cells;
+pub(crate) use constraints::{Constraints, Finder};
 pub use cut::Cut;
 pub use planes::fit_planes;
 pub use repair::{Embedding, place};
+pub(crate) use verify::broken_lists;
 pub use verify::{Violations, model_violations, sampled_violations, violations};

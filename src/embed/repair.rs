@@ -3,7 +3,7 @@
 use super::constraints::{Cells, Constraints, Finder};
 use super::forces::{Unsettled, settle};
 use super::start::start;
-use super::verify::broken_lists;
+use super::verify::{broken_lists, violations};
 use crate::complex::{CellLists, Dual, Gathered};
 use crate::gamma;
 
@@ -21,6 +21,8 @@ pub struct Embedding {
     pub gathered: Gathered,
     /// The regions' positions.
     pub positions: Vec<[u8; 3]>,
+    /// Constraints that the first positions broke, before any repair.
+    pub violations_before: u32,
 }
 
 /// Places nodes. Where the placing fails, nodes move again and blocks get finer cells, until nothing
@@ -31,8 +33,8 @@ pub fn place(
     cells: &mut CellLists<'_, 2>,
     settled: Option<Vec<[u8; 3]>>,
 ) -> Embedding {
-    let finder =
-        Finder::new(Cells { edges: &dual.edges, faces: &dual.faces, ghosts: &dual.ghosts });
+    let complex = Cells { edges: &dual.edges, faces: &dual.faces, ghosts: &dual.ghosts };
+    let finder = Finder::new(complex);
     let mut gathered = cells.gather();
     let mut constraints = Constraints::new(&gathered.lists, &finder);
     let mut positions = settled.unwrap_or_else(|| {
@@ -40,8 +42,13 @@ pub fn place(
         let restless = vec![true; dual.regions];
         settle(Unsettled { at, restless, hurry: true, hubs: false }, &constraints, 0)
     });
+    let mut violations_before = None;
     for round in 1.. {
         let broken = broken_lists(&positions, &constraints);
+        let _ = violations_before.get_or_insert_with(|| match broken.is_empty() {
+            true => 0,
+            false => violations(&positions, &gathered.lists, complex).count(),
+        });
         if broken.is_empty() {
             break;
         }
@@ -93,5 +100,6 @@ pub fn place(
         let hubs = round % MOVES == MOVES - 1;
         positions = settle(Unsettled { at, restless, hurry: split, hubs }, &constraints, round);
     }
-    Embedding { gathered, positions }
+    let violations_before = violations_before.and_then(|n| n.try_into().ok()).unwrap_or(u32::MAX);
+    Embedding { gathered, positions, violations_before }
 }

@@ -100,7 +100,7 @@ const HAIR: f64 = 1e-6;
 ///
 /// Where the closed forms hold, so does decoding: they are exact for edges and faces, and at ghosts
 /// they look at every place that is decoded.
-pub(super) fn broken_lists<const E: usize>(
+pub(crate) fn broken_lists<const E: usize>(
     positions: &[[u8; E]],
     constraints: &Constraints,
 ) -> Vec<usize> {

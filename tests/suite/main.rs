@@ -9,6 +9,7 @@ mod corrupt;
 mod embed;
 mod encode;
 mod fixtures;
+mod forbid;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod lost;
