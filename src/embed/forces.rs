@@ -80,7 +80,9 @@ pub(super) fn settle<const E: usize>(
     let nodes = at.len();
     let mut solver = Solver::new(at, restless, constraints);
     let mut active = solver.lists_of_mobile();
-    let mut best = (usize::MAX, 0, Vec::new());
+    let mut best = (usize::MAX, 0, solver.at.clone());
+    // Who may have moved since then.
+    let mut since = solver.mobile_nodes.clone();
     for look in 0..LOOKS {
         for _ in 0..PASSES_A_LOOK {
             let looked_at = active.iter().filter(|&&list| solver.look_at(list as usize)).count();
@@ -91,7 +93,9 @@ pub(super) fn settle<const E: usize>(
         // What no mobile node takes part in held before and holds still.
         let stuck = solver.find_stuck(&active);
         if stuck.len() < best.0 {
-            best = (stuck.len(), look, solver.at.clone());
+            (best.0, best.1) = (stuck.len(), look);
+            since.iter().for_each(|&node| best.2[node as usize] = solver.at[node as usize]);
+            since.clone_from(&solver.mobile_nodes);
         }
         let many = hurry && look + 1 >= GLOBAL_LOOKS && stuck.len() as f64 > FEW * nodes as f64;
         if stuck.is_empty() || look > best.1 + PATIENCE || many {
@@ -100,11 +104,15 @@ pub(super) fn settle<const E: usize>(
         let local = look + 1 >= GLOBAL_LOOKS;
         if look + 1 == GLOBAL_LOOKS {
             solver.mobile.fill(false);
+            solver.mobile_nodes.clear();
             solver.least_light = if hubs { 0.0 } else { HUB };
         }
         solver.ease_off(&stuck, local.then_some(seed << 8 | look as u64));
         if local {
             active = solver.lists_of_mobile();
+            since.extend(&solver.mobile_nodes);
+            since.sort_unstable();
+            since.dedup();
         }
     }
     best.2.iter().map(|at| at.map(|x| x.round() as u8)).collect()
@@ -121,8 +129,9 @@ struct Solver<'a, const E: usize> {
     lightness: Vec<f32>,
     /// The length of each node's longest list.
     crowd: Vec<u8>,
-    /// Nodes that may move.
+    /// Which nodes may move, and those.
     mobile: Vec<bool>,
+    mobile_nodes: Vec<NodeId>,
     /// Nodes that are less light do not begin to move.
     least_light: f32,
     /// Lists whose nodes have moved.
@@ -160,6 +169,7 @@ impl<'a, const E: usize> Solver<'a, E> {
             ease: vec![1.0; nodes],
             lightness: (0..nodes as NodeId).map(|node| lightness(node) as f32).collect(),
             crowd,
+            mobile_nodes: (0..nodes as NodeId).filter(|&node| mobile[node as usize]).collect(),
             mobile,
             least_light: 0.0,
             marked: vec![true; constraints.len()],
@@ -169,13 +179,11 @@ impl<'a, const E: usize> Solver<'a, E> {
 
     /// The lists that hold a mobile node, in order.
     fn lists_of_mobile(&self) -> Vec<u32> {
-        let mut held = vec![false; self.constraints.len()];
-        for node in (0..self.at.len()).filter(|&node| self.mobile[node]) {
-            for &list in self.constraints.of_node(node as NodeId) {
-                held[list as usize] = true;
-            }
-        }
-        (0u32..).zip(held).filter(|&(_, held)| held).map(|(list, _)| list).collect()
+        let of_node = |&node: &NodeId| self.constraints.of_node(node).iter().copied();
+        let mut lists: Vec<u32> = self.mobile_nodes.iter().flat_map(of_node).collect();
+        lists.sort_unstable();
+        lists.dedup();
+        lists
     }
 
     fn look<'b>(&self, local: Local<'b>) -> Look<'b, E> {
@@ -262,7 +270,10 @@ impl<'a, const E: usize> Solver<'a, E> {
                     *at = at.map(|x| (x + random.between(-NUDGE, NUDGE)).clamp(RIM, 255.0 - RIM));
                 }
             }
-            self.mobile[node as usize] |= throws.is_some();
+            if throws.is_some() && !self.mobile[node as usize] {
+                self.mobile[node as usize] = true;
+                self.mobile_nodes.push(node);
+            }
             for &list in self.constraints.of_node(node) {
                 self.marked[list as usize] = true;
             }

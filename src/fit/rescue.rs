@@ -46,7 +46,8 @@ pub fn rescue<const D: usize, const E: usize>(
             }
         }
         let before = lost.len();
-        lost = rescuer.lost();
+        lost.retain(|&region, _| rescuer.seen[region as usize] == 0);
+        rescuer.add_newly_lost(&mut lost);
         if free == 0 {
             careful -= 1;
         } else if lost.len() as f64 > PROGRESS * before as f64 {
@@ -55,6 +56,7 @@ pub fn rescue<const D: usize, const E: usize>(
             free -= 1;
         }
     }
+    let lost = rescuer.lost();
     lost.iter().filter_map(|(&region, pixels)| rescuer.easiest(region, pixels)).collect()
 }
 
@@ -71,6 +73,8 @@ struct Rescuer<'a, const D: usize, const E: usize> {
     decoded: Vec<RegionId>,
     /// Pixels at which each region is decoded.
     seen: Vec<u32>,
+    /// Regions that a push lost, and where it was.
+    newly: BTreeMap<RegionId, Place<D>>,
 }
 
 /// The texel size and whereabouts of a cell, counted over the whole picture.
@@ -93,7 +97,7 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         decoded.iter().for_each(|&region| seen[region as usize] += 1);
         let mut pixels = vec![0; regions.classes.len()];
         regions.labels.iter().for_each(|&region| pixels[region as usize] += 1);
-        Rescuer { model, cuts, regions, pixels, decoded, seen }
+        Rescuer { model, cuts, regions, pixels, decoded, seen, newly: BTreeMap::new() }
     }
 
     /// The regions that should be seen and are not, with some of their pixels.
@@ -107,13 +111,42 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
                 lost.entry(region).or_default().push(pixel);
             }
         }
-        lost.retain(|&region, pixels| {
-            let many = |(_, texel_log2): (usize, u8)| {
-                texel_log2 <= 1 || self.pixels[region as usize] >> (D as u8 * texel_log2) > 0
-            };
-            self.home(pixels).is_some_and(many)
-        });
+        lost.retain(|&region, pixels| self.is_due(region, pixels));
         lost
+    }
+
+    /// Adds the regions that pushes lost since this was called last.
+    fn add_newly_lost(&mut self, lost: &mut BTreeMap<RegionId, Vec<usize>>) {
+        for (region, place) in std::mem::take(&mut self.newly) {
+            if self.seen[region as usize] > 0 || lost.contains_key(&region) {
+                continue;
+            }
+            let size = self.model.size;
+            let (from, extent) = self.reach(place);
+            let pixels: Vec<usize> = grid::places(extent)
+                .map(|step| {
+                    let at: [u32; D] = std::array::from_fn(|axis| from[axis] + step[axis]);
+                    grid::index(size, at)
+                })
+                .filter(|&pixel| self.regions.labels[pixel] == region)
+                .collect();
+            if pixels.is_empty() {
+                // It was seen only where it is not, and its pixels are elsewhere.
+                *lost = self.lost();
+                return;
+            }
+            if self.is_due(region, &pixels) {
+                lost.insert(region, pixels);
+            }
+        }
+    }
+
+    /// Whether a region should be seen, given pixels of it.
+    fn is_due(&self, region: RegionId, pixels: &[usize]) -> bool {
+        let many = |(_, texel_log2): (usize, u8)| {
+            texel_log2 <= 1 || self.pixels[region as usize] >> (D as u8 * texel_log2) > 0
+        };
+        self.home(pixels).is_some_and(many)
     }
 
     /// The block that holds most of `pixels`, the first of several, and its texels' size.
@@ -278,27 +311,35 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
 
     /// Decodes again what the texels of a cell reach. Returns how many more regions are found than lost.
     fn decode_around(&mut self, place: Place<D>) -> i64 {
-        let reach = self.model.kernel.taps() as u32 - 1;
-        let size = self.model.size;
-        let from = place.cell.map(|cell| cell.saturating_sub(reach) << place.texel_log2);
-        let to: [u32; D] = std::array::from_fn(|axis| {
-            ((place.cell[axis] + reach + 1) << place.texel_log2).min(size[axis])
-        });
-        let extent: [u32; D] = std::array::from_fn(|axis| to[axis] - from[axis]);
+        let (from, extent) = self.reach(place);
         let mut balance = 0;
-        for place in grid::places(extent) {
-            let at: [u32; D] = std::array::from_fn(|axis| from[axis] + place[axis]);
+        for step in grid::places(extent) {
+            let at: [u32; D] = std::array::from_fn(|axis| from[axis] + step[axis]);
             let region = decode(self.model, &self.cuts, at);
-            let pixel = grid::index(size, at);
+            let pixel = grid::index(self.model.size, at);
             let known = std::mem::replace(&mut self.decoded[pixel], region);
             if known != region {
                 self.seen[known as usize] -= 1;
-                balance -= i64::from(self.seen[known as usize] == 0);
+                if self.seen[known as usize] == 0 {
+                    balance -= 1;
+                    self.newly.insert(known, place);
+                }
                 balance += i64::from(self.seen[region as usize] == 0);
                 self.seen[region as usize] += 1;
             }
         }
         balance
+    }
+
+    /// The pixels that the texels of a cell reach: the first, and how many along each axis.
+    fn reach(&self, place: Place<D>) -> ([u32; D], [u32; D]) {
+        let reach = self.model.kernel.taps() as u32 - 1;
+        let from = place.cell.map(|cell| cell.saturating_sub(reach) << place.texel_log2);
+        let extent = std::array::from_fn(|axis| {
+            let to = (place.cell[axis] + reach + 1) << place.texel_log2;
+            to.min(self.model.size[axis]) - from[axis]
+        });
+        (from, extent)
     }
 }
 

@@ -41,7 +41,7 @@ fn main() -> ExitCode {
     let rows = Rows(words);
     let mut sound = true;
     if wanted(stress_table::NAME) {
-        stress_table::print(&rows);
+        sound &= stress_table::print(&rows);
     }
     if wanted(growth::NAME) {
         sound &= growth::print(&rows);
