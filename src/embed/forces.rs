@@ -37,7 +37,7 @@ const FEW: f64 = 0.02;
 const LOOKS: usize = 90;
 const PASSES_A_LOOK: usize = 8;
 /// Looks without a better one after which it is left at the best.
-const PATIENCE: usize = 12;
+const PATIENCE: usize = 40;
 /// Nodes in broken constraints ask for less clearance, from look to look, down to the least …
 const EASE: f32 = 0.75;
 const LEAST_EASE: f32 = 0.2;
@@ -77,45 +77,9 @@ pub(super) fn settle<const E: usize>(
     constraints: &Constraints,
     seed: u64,
 ) -> Vec<[u8; E]> {
-    let nodes = at.len();
     let mut solver = Solver::new(at, restless, constraints);
-    let mut active = solver.lists_of_mobile();
-    let mut best = (usize::MAX, 0, solver.at.clone());
-    // Who may have moved since then.
-    let mut since = solver.mobile_nodes.clone();
-    for look in 0..LOOKS {
-        for _ in 0..PASSES_A_LOOK {
-            let looked_at = active.iter().filter(|&&list| solver.look_at(list as usize)).count();
-            if looked_at == 0 {
-                break;
-            }
-        }
-        // What no mobile node takes part in held before and holds still.
-        let stuck = solver.find_stuck(&active);
-        if stuck.len() < best.0 {
-            (best.0, best.1) = (stuck.len(), look);
-            since.iter().for_each(|&node| best.2[node as usize] = solver.at[node as usize]);
-            since.clone_from(&solver.mobile_nodes);
-        }
-        let many = hurry && look + 1 >= GLOBAL_LOOKS && stuck.len() as f64 > FEW * nodes as f64;
-        if stuck.is_empty() || look > best.1 + PATIENCE || many {
-            break;
-        }
-        let local = look + 1 >= GLOBAL_LOOKS;
-        if look + 1 == GLOBAL_LOOKS {
-            solver.mobile.fill(false);
-            solver.mobile_nodes.clear();
-            solver.least_light = if hubs { 0.0 } else { HUB };
-        }
-        solver.ease_off(&stuck, local.then_some(seed << 8 | look as u64));
-        if local {
-            active = solver.lists_of_mobile();
-            since.extend(&solver.mobile_nodes);
-            since.sort_unstable();
-            since.dedup();
-        }
-    }
-    best.2.iter().map(|at| at.map(|x| x.round() as u8)).collect()
+    solver.settle(hurry, hubs, seed);
+    solver.at.iter().map(|at| at.map(|x| x.round() as u8)).collect()
 }
 
 struct Solver<'a, const E: usize> {
@@ -132,6 +96,8 @@ struct Solver<'a, const E: usize> {
     /// Which nodes may move, and those.
     mobile: Vec<bool>,
     mobile_nodes: Vec<NodeId>,
+    /// Where each of those was when fewest nodes were stuck.
+    homes: Vec<Value<E>>,
     /// Nodes that are less light do not begin to move.
     least_light: f32,
     /// Lists whose nodes have moved.
@@ -171,9 +137,102 @@ impl<'a, const E: usize> Solver<'a, E> {
             crowd,
             mobile_nodes: (0..nodes as NodeId).filter(|&node| mobile[node as usize]).collect(),
             mobile,
+            homes: Vec::new(),
             least_light: 0.0,
             marked: vec![true; constraints.len()],
             distances: std::array::from_fn(|n| DISTANCE * (2.0 / n.max(2) as f64).powf(CROWDING)),
+        }
+    }
+
+    fn settle(&mut self, hurry: bool, hubs: bool, seed: u64) {
+        let active = self.lists_of_mobile();
+        let mut stuck = Vec::new();
+        for look in 0..GLOBAL_LOOKS {
+            if look > 0 {
+                self.ease_off(&stuck, None);
+            }
+            self.pass_over(&active);
+            stuck = self.find_stuck(&active);
+            if stuck.is_empty() {
+                return;
+            }
+        }
+        if hurry && stuck.len() as f64 > FEW * self.at.len() as f64 {
+            return;
+        }
+        self.least_light = if hubs { 0.0 } else { HUB };
+        for island in self.islands(&stuck) {
+            self.settle_island(island, seed);
+        }
+    }
+
+    /// Stuck nodes that are light enough to move, those together that share lists.
+    fn islands(&self, stuck: &[NodeId]) -> Vec<Vec<NodeId>> {
+        let light = |node: &NodeId| self.lightness[*node as usize] >= self.least_light;
+        let stuck: Vec<NodeId> = stuck.iter().copied().filter(light).collect();
+        let mut island: Vec<Option<usize>> = vec![None; stuck.len()];
+        let mut islands: Vec<Vec<NodeId>> = Vec::new();
+        for first in 0..stuck.len() {
+            if island[first].is_some() {
+                continue;
+            }
+            let mut found = Vec::new();
+            let mut open = vec![first];
+            island[first] = Some(islands.len());
+            while let Some(i) = open.pop() {
+                found.push(stuck[i]);
+                for &list in self.constraints.of_node(stuck[i]) {
+                    for node in self.constraints.local(list as usize).nodes {
+                        if let Ok(other) = stuck.binary_search(node)
+                            && island[other].is_none()
+                        {
+                            island[other] = Some(islands.len());
+                            open.push(other);
+                        }
+                    }
+                }
+            }
+            found.sort_unstable();
+            islands.push(found);
+        }
+        islands
+    }
+
+    /// Moves some stuck nodes, and what turns out to be in their way, and leaves all where fewest were
+    /// stuck. One island at a time: what it needs of memory is near.
+    fn settle_island(&mut self, mut stuck: Vec<NodeId>, seed: u64) {
+        for &node in &self.mobile_nodes {
+            self.mobile[node as usize] = false;
+        }
+        self.mobile_nodes.clear();
+        self.homes.clear();
+        let mut best = (usize::MAX, GLOBAL_LOOKS);
+        for look in GLOBAL_LOOKS..LOOKS {
+            self.ease_off(&stuck, Some(seed << 8 | look as u64));
+            let active = self.lists_of_mobile();
+            self.pass_over(&active);
+            // What no mobile node takes part in held before and holds still.
+            stuck = self.find_stuck(&active);
+            if stuck.len() < best.0 {
+                best = (stuck.len(), look);
+                for (home, &node) in self.homes.iter_mut().zip(&self.mobile_nodes) {
+                    *home = self.at[node as usize];
+                }
+            }
+            if stuck.is_empty() || look > best.1 + PATIENCE {
+                break;
+            }
+        }
+        for (&home, &node) in self.homes.iter().zip(&self.mobile_nodes) {
+            self.at[node as usize] = home;
+        }
+    }
+
+    fn pass_over(&mut self, lists: &[u32]) {
+        for _ in 0..PASSES_A_LOOK {
+            if lists.iter().filter(|&&list| self.look_at(list as usize)).count() == 0 {
+                break;
+            }
         }
     }
 
@@ -257,6 +316,11 @@ impl<'a, const E: usize> Solver<'a, E> {
             if throws.is_some() && !light {
                 continue;
             }
+            if throws.is_some() && !self.mobile[node as usize] {
+                self.mobile[node as usize] = true;
+                self.mobile_nodes.push(node);
+                self.homes.push(self.at[node as usize]);
+            }
             let at = &mut self.at[node as usize];
             let ease = &mut self.ease[node as usize];
             if *ease > LEAST_EASE {
@@ -269,10 +333,6 @@ impl<'a, const E: usize> Solver<'a, E> {
                 } else if throw < 1.0 {
                     *at = at.map(|x| (x + random.between(-NUDGE, NUDGE)).clamp(RIM, 255.0 - RIM));
                 }
-            }
-            if throws.is_some() && !self.mobile[node as usize] {
-                self.mobile[node as usize] = true;
-                self.mobile_nodes.push(node);
             }
             for &list in self.constraints.of_node(node) {
                 self.marked[list as usize] = true;
