@@ -1,5 +1,18 @@
 //! Texels from regions and their nodes' positions.
 
 mod init;
+mod margin;
+mod problem;
 
 pub use init::start;
+
+use crate::labels::Regions;
+use crate::model::Model;
+
+/// Fits.
+pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
+    let mut problem = problem::Problem::new(model, regions, 0.05);
+    eprintln!("{} cells, {} texels, {} pixels", problem.cells.len(), problem.texels.len(), problem.labels.len());
+    margin::margin(&mut problem);
+    problem.store(model);
+}
