@@ -34,20 +34,20 @@ struct Knobs {
     cw: f32,
 }
 
-fn env(name: &str, default: f32) -> f32 {
+pub(super) fn env(name: &str, default: f32) -> f32 {
     std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
 }
 
 /// Moves the texels of `problem` to where pixels fall on their own sides.
 pub(super) fn margin<const E: usize>(problem: &mut Problem<E>) {
     let k = Knobs {
-        iters: env("IT", 40.0) as usize,
-        lr0: env("LR0", 8.0),
-        lr1: env("LR1", 1.0),
-        m0: env("M0", 20.0),
-        m1: env("M1", 6.0),
-        limit: env("LIM", 30.0),
-        bell_iters: env("BIT", 40.0) as usize,
+        iters: env("IT", 80.0) as usize,
+        lr0: env("LR0", 12.0),
+        lr1: env("LR1", 0.3),
+        m0: env("M0", 4.0),
+        m1: env("M1", 1.0),
+        limit: env("LIM", 1.0),
+        bell_iters: env("BIT", 0.0) as usize,
         b0: env("B0", 12.0),
         b1: env("B1", 2.0),
         blr0: env("BLR0", 3.0),
@@ -187,7 +187,7 @@ impl<const E: usize> Adam<E> {
         let taps = problem.tap_count;
         let mut texels = std::mem::take(&mut problem.texels);
         let lent = &*problem;
-        let (b1, b2) = (env("BETA1", 0.9), env("BETA2", 0.95));
+        let (b1, b2) = (env("BETA1", 0.8), env("BETA2", 0.9));
         texels
             .par_iter_mut()
             .zip(&mut self.mean)

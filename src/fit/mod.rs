@@ -1,8 +1,10 @@
 //! Texels from regions and their nodes' positions.
 
 mod init;
+mod line;
 mod margin;
 mod problem;
+mod search;
 
 pub use init::start;
 
@@ -14,5 +16,8 @@ pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Re
     let mut problem = problem::Problem::new(model, regions, 0.05);
     eprintln!("{} cells, {} texels, {} pixels", problem.cells.len(), problem.texels.len(), problem.labels.len());
     margin::margin(&mut problem);
+    let t = std::time::Instant::now();
+    search::search(&mut problem, margin::env("ROUNDS", 8.0) as usize);
+    eprintln!("search wall {:.2}", t.elapsed().as_secs_f32());
     problem.store(model);
 }
