@@ -1,5 +1,6 @@
 //! What a cell's pixels decode to, now and along a line.
 
+use super::margin::swapped;
 use super::problem::{Cell, Contest, NOBODY, Problem, TAPS, Weights};
 use crate::limits::MAX_CANDIDATES;
 
@@ -95,7 +96,91 @@ fn depths<const E: usize>(contest: &Contest<E>, taps: &[[f32; E]; TAPS]) -> Vec<
     contest.pairs.iter().map(|pair| Scalar(taps.map(|tap| p(tap, pair)))).collect()
 }
 
-/// What the wrong pixels of a cell cost.
+/// What a seam costs at one sample of a border.
+pub(super) const SEAM: i64 = 1 << 17;
+
+/// Samples in a row, and what should come out.
+enum Row<'a> {
+    Pixels(&'a [u8]),
+    Border(&'a [u16]),
+}
+
+impl Row<'_> {
+    /// Whether it matters who wins.
+    #[inline]
+    fn matters(&self, x: usize) -> bool {
+        match self {
+            Row::Pixels(labels) => labels[x] != NOBODY,
+            Row::Border(allowed) => allowed[x] != 0,
+        }
+    }
+
+    #[inline]
+    fn cost<const E: usize>(&self, contest: &Contest<E>, x: usize, winner: usize) -> i64 {
+        match self {
+            Row::Pixels(labels) => {
+                i64::from(contest.costs[labels[x] as usize * contest.nodes.len() + winner])
+            }
+            Row::Border(allowed) => SEAM * i64::from(allowed[x] >> winner & 1 ^ 1),
+        }
+    }
+}
+
+/// Calls `look` for each row of samples: with its weights across, whether its axes are swapped, and
+/// what should come out.
+fn each_row<'a, const E: usize>(
+    problem: &'a Problem<E>,
+    info: &Cell,
+    labels: &'a [u8],
+    mut look: impl FnMut(&'a [f32], bool, Row<'a>),
+) {
+    let weights = problem.weights(info);
+    let width = weights.along[0].len();
+    for (row, across) in labels.chunks_exact(width).zip(&weights.across) {
+        look(across, false, Row::Pixels(row));
+    }
+    for border in &problem.borders[info.borders.start as usize..info.borders.end as usize] {
+        let of_side = &weights.borders[border.axis as usize][border.side as usize];
+        let rows = problem.allowed[border.samples..].chunks_exact(width);
+        for (allowed, across) in rows.zip(&of_side.across) {
+            look(across, border.axis == 0, Row::Border(allowed));
+        }
+    }
+}
+
+/// A scalar's taps, and the same with their axes swapped.
+struct Both {
+    plain: Vec<Scalar>,
+    swapped: Vec<Scalar>,
+}
+
+impl Both {
+    fn new(plain: Vec<Scalar>, along_taps: usize) -> Self {
+        let swapped = plain.iter().map(|s| Scalar(swapped(&s.0, along_taps))).collect();
+        Both { plain, swapped }
+    }
+
+    fn get(&self, swapped: bool) -> &[Scalar] {
+        if swapped { &self.swapped } else { &self.plain }
+    }
+}
+
+/// Most scalars of a cell: its pairs.
+const SCALARS: usize = MAX_CANDIDATES * (MAX_CANDIDATES - 1) / 2;
+
+fn scalars<const E: usize>(
+    contest: &Contest<E>,
+    taps: &[[f32; E]; TAPS],
+    along_taps: usize,
+) -> Both {
+    let plain = match (contest.nodes.len(), contest.is_voronoi) {
+        (2, _) | (_, false) => depths(contest, taps),
+        _ => nearness(contest, taps),
+    };
+    Both::new(plain, along_taps)
+}
+
+/// What the wrong pixels of a cell cost, and the seams on its borders.
 pub(super) fn count_errors<const E: usize>(
     problem: &Problem<E>,
     cell: usize,
@@ -104,39 +189,46 @@ pub(super) fn count_errors<const E: usize>(
     let info = &problem.cells[cell];
     let contest = &problem.contests[info.list as usize];
     let weights = problem.weights(info);
-    let width = weights.along[0].len();
     let along_taps = problem.kernel.taps();
-    let rows = problem.labels(cell).chunks_exact(width).zip(&weights.across);
+    let scalars = scalars(contest, taps, along_taps);
     let mut sum = 0;
     if let (2, [pair]) = (contest.nodes.len(), contest.pairs.as_slice()) {
-        let p = Scalar(taps.map(|tap| dot(tap, pair.normal) + pair.offset));
-        for (row, across) in rows {
-            let line = p.line(across, along_taps);
-            let mut wrong = 0;
-            for (x, &label) in row.iter().enumerate() {
-                let winner = u8::from(at(weights, line, x) < 0.0);
-                wrong += i64::from(label ^ winner == 1);
+        each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+            let line = scalars.get(swapped)[0].line(across, along_taps);
+            match row {
+                Row::Pixels(labels) => {
+                    let mut wrong = 0;
+                    for (x, &label) in labels.iter().enumerate() {
+                        let winner = u8::from(at(weights, line, x) < 0.0);
+                        wrong += i64::from(label ^ winner == 1);
+                    }
+                    sum += wrong * i64::from(pair.cost);
+                }
+                Row::Border(allowed) => {
+                    for (x, &allowed) in allowed.iter().enumerate() {
+                        let winner = u16::from(at(weights, line, x) < 0.0);
+                        sum += SEAM * i64::from(allowed == 2 >> winner);
+                    }
+                }
             }
-            sum += wrong * i64::from(pair.cost);
-        }
+        });
         return sum;
     }
     let count = contest.nodes.len();
-    let scalars = if contest.is_voronoi { nearness(contest, taps) } else { depths(contest, taps) };
-    let mut lines = [[0.0; 3]; MAX_CANDIDATES * (MAX_CANDIDATES - 1) / 2];
-    for (row, across) in rows {
-        for (line, scalar) in lines.iter_mut().zip(&scalars) {
+    let mut lines = [[0.0; 3]; SCALARS];
+    each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+        for (line, scalar) in lines.iter_mut().zip(scalars.get(swapped)) {
             *line = scalar.line(across, along_taps);
         }
-        for (x, &label) in row.iter().enumerate() {
-            if label == NOBODY {
+        for x in 0..weights.along[0].len() {
+            if !row.matters(x) {
                 continue;
             }
             let winner = if contest.is_voronoi {
                 let mut best = 0;
                 let mut most = f32::NEG_INFINITY;
-                for i in 0..count {
-                    let near = at(weights, lines[i], x);
+                for (i, &line) in lines.iter().enumerate().take(count) {
+                    let near = at(weights, line, x);
                     if near > most {
                         (best, most) = (i, near);
                     }
@@ -145,9 +237,9 @@ pub(super) fn count_errors<const E: usize>(
             } else {
                 deepest(contest, |k| at(weights, lines[k], x))
             };
-            sum += i64::from(contest.costs[label as usize * count + winner]);
+            sum += row.cost(contest, x, winner);
         }
-    }
+    });
     sum
 }
 
@@ -178,124 +270,156 @@ pub(super) fn note_changes<const E: usize>(
     direction: [f32; E],
     steps: &mut Steps,
 ) {
-    let info: &Cell = &problem.cells[cell];
+    let info = &problem.cells[cell];
     let contest = &problem.contests[info.list as usize];
     let weights = problem.weights(info);
-    let width = weights.along[0].len();
     let along_taps = problem.kernel.taps();
-    let rows = problem.labels(cell).chunks_exact(width).zip(&weights.across);
     let taps = problem.taps_at(cell);
-    let own = &weights.along[tap % along_taps];
     let reach = REACH as f32;
+    let scalars = scalars(contest, &taps, along_taps);
+    // Along the run of a row, and across it.
+    let plane = along_taps * along_taps;
+    let (k0, k1) = (tap % along_taps, tap / along_taps % along_taps);
+    let parts = |swapped: bool| match swapped {
+        false => (k0, tap / along_taps),
+        true => (k1, k0 + along_taps * (tap / plane)),
+    };
     if let (2, [pair]) = (contest.nodes.len(), contest.pairs.as_slice()) {
         let slope = dot(direction, pair.normal);
         if slope.abs() < 0.01 {
             return;
         }
-        let p = Scalar(taps.map(|tap| dot(tap, pair.normal) + pair.offset));
-        for (row, across) in rows {
-            let line = p.line(across, along_taps);
-            let by = across[tap / along_taps] * slope;
-            for (x, &label) in row.iter().enumerate() {
+        each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+            let line = scalars.get(swapped)[0].line(across, along_taps);
+            let (along, row_tap) = parts(swapped);
+            let own = &weights.along[along];
+            let by = across[row_tap] * slope;
+            for x in 0..own.len() {
                 let p = at(weights, line, x);
                 let by = by * own[x];
-                if p.abs() < reach * by.abs() && label != NOBODY {
+                if p.abs() < reach * by.abs() {
+                    // Which of the two should win, if it matters, and at what cost.
+                    let (first, cost) = match row {
+                        Row::Pixels(labels) if labels[x] != NOBODY => {
+                            (labels[x] == 0, i64::from(pair.cost))
+                        }
+                        Row::Border(allowed) if allowed[x] == 1 || allowed[x] == 2 => {
+                            (allowed[x] == 1, SEAM)
+                        }
+                        _ => continue,
+                    };
                     // Beyond the step the first of the two wins if p grows.
-                    let helps = (label == 0) == (by > 0.0);
-                    let cost = i64::from(pair.cost);
-                    steps.note(-p / by, if helps { -cost } else { cost });
+                    steps.note(-p / by, if first == (by > 0.0) { -cost } else { cost });
                 }
             }
-        }
+        });
         return;
     }
     let count = contest.nodes.len();
-    let cost = |label: u8, winner: usize| i64::from(contest.costs[label as usize * count + winner]);
-    let mut lines = [[0.0; 3]; MAX_CANDIDATES * (MAX_CANDIDATES - 1) / 2];
+    let mut lines = [[0.0; 3]; SCALARS];
+    let mut slopes = [0.0; SCALARS];
     if contest.is_voronoi {
-        let scalars = nearness(contest, &taps);
-        let mut slopes = [0.0; MAX_CANDIDATES];
         for (slope, (position, _)) in slopes.iter_mut().zip(&contest.positions) {
             *slope = dot(*position, direction);
         }
-        for (row, across) in rows {
-            for (line, scalar) in lines.iter_mut().zip(&scalars) {
-                *line = scalar.line(across, along_taps);
-            }
-            let by = across[tap / along_taps];
-            for (x, &label) in row.iter().enumerate() {
-                let by = by * own[x];
-                if label == NOBODY || by * reach < 1e-3 {
-                    continue;
-                }
-                let mut near = [0.0; MAX_CANDIDATES];
-                let mut first = 0;
-                for i in 0..count {
-                    near[i] = at(weights, lines[i], x);
-                    if near[i] > near[first] {
-                        first = i;
-                    }
-                }
-                for side in [1.0, -1.0] {
-                    let mut winner = first;
-                    let mut from = 0.0f32;
-                    loop {
-                        let mut next = None;
-                        let mut least = reach;
-                        for j in 0..count {
-                            let gain = side * by * (slopes[j] - slopes[winner]);
-                            if gain > 0.0 {
-                                let when = (near[winner] - near[j]) / gain;
-                                if when < least {
-                                    (next, least) = (Some(j), when);
-                                }
-                            }
-                        }
-                        let Some(j) = next else { break };
-                        from = from.max(least);
-                        let change = cost(label, j) - cost(label, winner);
-                        if change != 0 {
-                            steps.note(side * from, if side > 0.0 { change } else { -change });
-                        }
-                        winner = j;
-                    }
-                }
-            }
+    } else {
+        for (slope, pair) in slopes.iter_mut().zip(&contest.pairs) {
+            *slope = dot(pair.normal, direction);
         }
-        return;
     }
-    let scalars = depths(contest, &taps);
-    let slopes: Vec<f32> = contest.pairs.iter().map(|p| dot(p.normal, direction)).collect();
-    for (row, across) in rows {
-        for (line, scalar) in lines.iter_mut().zip(&scalars) {
+    each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+        for (line, scalar) in lines.iter_mut().zip(scalars.get(swapped)) {
             *line = scalar.line(across, along_taps);
         }
-        let by = across[tap / along_taps];
-        for (x, &label) in row.iter().enumerate() {
-            let by = by * own[x];
-            if label == NOBODY || by * reach < 1e-3 {
+        let (along, row_tap) = parts(swapped);
+        let own = &weights.along[along];
+        for x in 0..own.len() {
+            let by = across[row_tap] * own[x];
+            if by * reach < 1e-3 || !row.matters(x) {
                 continue;
             }
-            let winner = |step: i32| {
-                let moved = by * step as f32;
-                deepest(contest, |k| at(weights, lines[k], x) + moved * slopes[k])
-            };
-            let mut before = (-REACH, winner(-REACH));
-            for step in [-32, -16, -8, -4, -1, 0, 1, 4, 8, 16, 32, REACH] {
-                let after = (step, winner(step));
-                if after.1 != before.1 {
-                    let (mut low, mut high) = (before, after);
-                    while high.0 - low.0 > 1 {
-                        let middle = (low.0 + high.0) / 2;
-                        let there = winner(middle);
-                        if there == low.1 { low.0 = middle } else { high = (middle, there) }
-                    }
-                    // Whatever wins in between is passed over.
-                    let change = cost(label, after.1) - cost(label, before.1);
-                    steps.note(low.0 as f32, change);
-                }
-                before = after;
+            let cost = |winner: usize| row.cost(contest, x, winner);
+            if contest.is_voronoi {
+                let near: [f32; MAX_CANDIDATES] = std::array::from_fn(|i| match i < count {
+                    true => at(weights, lines[i], x),
+                    false => 0.0,
+                });
+                note_nearest(&near[..count], &slopes, by, cost, steps);
+            } else {
+                let winner = |step: i32| {
+                    let moved = by * step as f32;
+                    deepest(contest, |k| at(weights, lines[k], x) + moved * slopes[k])
+                };
+                note_deepest(winner, cost, steps);
             }
         }
+    });
+}
+
+/// Notes the steps at which one sample's nearest candidate changes; each is `near` by as much, and by
+/// `by` times its slope more after each step.
+#[inline]
+fn note_nearest(
+    near: &[f32],
+    slopes: &[f32],
+    by: f32,
+    cost: impl Fn(usize) -> i64,
+    steps: &mut Steps,
+) {
+    let count = near.len();
+    let mut first = 0;
+    for i in 1..count {
+        if near[i] > near[first] {
+            first = i;
+        }
+    }
+    for side in [1.0, -1.0] {
+        let mut winner = first;
+        let mut from = 0.0f32;
+        // Each change leads to a steeper one: there are fewer than candidates.
+        for _ in 1..count {
+            let mut next = None;
+            let mut least = REACH as f32;
+            for j in 0..count {
+                let gain = side * by * (slopes[j] - slopes[winner]);
+                if gain > 0.0 {
+                    let when = (near[winner] - near[j]) / gain;
+                    if when < least {
+                        (next, least) = (Some(j), when);
+                    }
+                }
+            }
+            let Some(j) = next else { break };
+            from = from.max(least);
+            let change = cost(j) - cost(winner);
+            if change != 0 {
+                steps.note(side * from, if side > 0.0 { change } else { -change });
+            }
+            winner = j;
+        }
+    }
+}
+
+/// Notes the steps at which one sample's `winner` changes, as far as probes show.
+#[inline]
+fn note_deepest(
+    winner: impl Fn(i32) -> usize,
+    cost: impl Fn(usize) -> i64,
+    steps: &mut Steps,
+) {
+    let mut before = (-REACH, winner(-REACH));
+    for step in [-32, -16, -8, -4, -1, 0, 1, 4, 8, 16, 32, REACH] {
+        let after = (step, winner(step));
+        if after.1 != before.1 {
+            let (mut low, mut high) = (before, after);
+            while high.0 - low.0 > 1 {
+                let middle = (low.0 + high.0) / 2;
+                let there = winner(middle);
+                if there == low.1 { low.0 = middle } else { high = (middle, there) }
+            }
+            // Whatever wins in between is passed over.
+            steps.note(low.0 as f32, cost(after.1) - cost(before.1));
+        }
+        before = after;
     }
 }

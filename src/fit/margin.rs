@@ -2,7 +2,7 @@
 //! it from another candidate, and by a margin. Values are linear in the texels and planes are linear
 //! in values, so the hinge max(0, m − p) is convex in the texels, and all of them move at once.
 
-use super::problem::{Cell, Problem, TAPS};
+use super::problem::{Cell, NOBODY, Problem, TAPS};
 use rayon::prelude::*;
 
 /// How hard a pixel is pulled that lies `p` on its own side of a plane.
@@ -102,7 +102,11 @@ fn pull_cell<const T: usize, const E: usize>(
     cw: f32,
     pulls: &mut [[f32; E]],
 ) {
-    let Cell { list, present, .. } = problem.cells[cell];
+    let Cell { list, present, ref borders, .. } = problem.cells[cell];
+    let borders = &problem.borders[borders.start as usize..borders.end as usize];
+    let nodes = &problem.contests[list as usize].nodes;
+    let bm = env_bm();
+
     let taps = problem.taps(cell);
     let along_taps = problem.kernel.taps();
     let weights = problem.weights(&problem.cells[cell]);
@@ -134,6 +138,53 @@ fn pull_cell<const T: usize, const E: usize>(
                 }
             }
         }
+        let mut swapped_at = None;
+        let mut swapped_up = [0.0f32; 3 * TAPS];
+        let mut border_up = [0.0f32; 3 * TAPS];
+        for border in borders {
+            let is_swapped = border.axis == 0;
+            let at = if is_swapped { swapped_at.get_or_insert_with(|| swapped(&at_taps, along_taps)) } else { &at_taps };
+            let up = if is_swapped { &mut swapped_up } else { &mut border_up };
+            let weights = &weights.borders[border.axis as usize][border.side as usize];
+            let allowed = problem.allowed[border.samples..].as_chunks::<T>().0;
+            let pixels = weights.pixels.as_chunks::<T>().0;
+            for ((across, allowed), pixels) in weights.across.iter().zip(allowed).zip(pixels) {
+                let (only_i, only_j) = (1 << pair.i, 1 << pair.j);
+                let both = only_i | only_j;
+                if !allowed.iter().any(|a| a & both != both && a & both != 0) { continue; }
+                let mut row = [NOBODY; T];
+                for x in 0..T {
+                    let label = labels[pixels[x] as usize];
+                    let asked = allowed[x] & both;
+                    if (asked == only_i && (label == pair.i || nodes.len() == 2)) || (asked == only_j && (label == pair.j || nodes.len() == 2)) {
+                        row[x] = if asked == only_i { pair.i } else { pair.j };
+                    }
+                }
+                let mut line = [0.0f32; 3];
+                for (i, &w) in across.iter().enumerate() {
+                    for k in 0..along_taps {
+                        line[k] += w * at[i * along_taps + k];
+                    }
+                }
+                let sums = pull_row(&row, &along, line, pair.i, pair.j, Pull { margin: bm.1.max(pull.margin), limit: pull.limit.max(bm.2), bell: false });
+                for (i, &w) in across.iter().enumerate() {
+                    for k in 0..along_taps {
+                        up[i * along_taps + k] += w * sums[k];
+                    }
+                }
+            }
+        }
+        if !borders.is_empty() {
+            if swapped_at.is_some() {
+                let back = swapped(&swapped_up, along_taps);
+                for k in 0..border_up.len() { border_up[k] += back[k]; }
+            }
+            for (pull, up) in pulls.iter_mut().zip(border_up) {
+                for e in 0..E {
+                    pull[e] += bm.0 * up * pair.normal[e];
+                }
+            }
+        }
         let cost = (pair.cost as f32 / 65536.0) * cw + (1.0 - cw);
         for (pull, up) in pulls.iter_mut().zip(up) {
             for e in 0..E {
@@ -141,6 +192,25 @@ fn pull_cell<const T: usize, const E: usize>(
             }
         }
     }
+}
+
+fn env_bm() -> (f32, f32, f32) {
+    use std::sync::OnceLock;
+    static B: OnceLock<(f32, f32, f32)> = OnceLock::new();
+    *B.get_or_init(|| (env("BW", 1.0), env("BM", 2.0), env("BL", 2.0)))
+}
+
+/// Taps with their first two axes swapped.
+pub(super) fn swapped<const N: usize>(taps: &[f32; N], along_taps: usize) -> [f32; N] {
+    let mut to = [0.0; N];
+    let plane = along_taps * along_taps;
+    for (k, to) in to.iter_mut().enumerate() {
+        let (x, y, rest) = (k % along_taps, k / along_taps % along_taps, k / plane);
+        if let Some(&from) = taps.get(y + along_taps * x + plane * rest) {
+            *to = from;
+        }
+    }
+    to
 }
 
 /// The pulls of one row of pixels on the taps along it, upwards in p.

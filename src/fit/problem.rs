@@ -4,7 +4,7 @@
 use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::Regions;
-use crate::model::{Block, Cells, ListId, Model, NodeId};
+use crate::model::{Block, Cells, ListId, Located, Model, NodeId};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -23,6 +23,18 @@ pub(super) struct Cell {
     pub pixels: usize,
     /// A bit for each candidate that has pixels here.
     pub present: u32,
+    /// Its borders in [`Problem::borders`].
+    pub borders: std::ops::Range<u32>,
+}
+
+/// A side of a cell beyond which another list decides, in whole or in part.
+pub(super) struct Border {
+    /// Across this axis.
+    pub axis: u8,
+    /// 0: the lower side; 1: the upper.
+    pub side: u8,
+    /// Where its samples start in [`Problem::allowed`].
+    pub samples: usize,
 }
 
 /// Two candidates of a list and what parts them.
@@ -60,6 +72,11 @@ pub(super) struct Problem<const E: usize> {
     pub tap_count: usize,
     /// For each pixel of each cell the place of its region in the cell's list, or [`NOBODY`].
     pub labels: Vec<u8>,
+    /// Borders, by cell.
+    pub borders: Vec<Border>,
+    /// For each sample of each border, a bit for each candidate of the cell that the other side knows
+    /// too: one of those must win, or there is a seam. 0 where there is nothing to ask.
+    pub allowed: Vec<u16>,
     /// By list; empty for solid ones.
     pub contests: Vec<Contest<E>>,
     /// The texels.
@@ -82,6 +99,17 @@ pub(super) struct Weights {
     pub along: [Vec<f32>; 3],
     /// For each row of pixels, the weight of each row of taps.
     pub across: Vec<Vec<f32>>,
+    /// The samples on each side of a cell, by axis and side.
+    pub borders: Vec<[BorderWeights; 2]>,
+}
+
+/// The samples on one side of a cell: middles of the sides of its pixels. Rows run along the first
+/// axis, and across that along the second, as if the two were swapped.
+pub(super) struct BorderWeights {
+    /// For each row of samples, the weight of each row of taps.
+    pub across: Vec<Vec<f32>>,
+    /// For each sample the pixel of the cell that it touches.
+    pub pixels: Vec<u32>,
 }
 
 impl<const E: usize> Problem<E> {
@@ -102,6 +130,8 @@ impl<const E: usize> Problem<E> {
             taps: Vec::new(),
             tap_count: model.kernel.taps().pow(D as u32),
             labels: Vec::new(),
+            borders: Vec::new(),
+            allowed: Vec::new(),
             contests,
             texels: Vec::new(),
             colors: vec![Vec::new(); model.kernel.taps().pow(D as u32)],
@@ -216,7 +246,70 @@ impl<const E: usize> Problem<E> {
                 self.places[block][grid::index(texel_grid, texel)]
             });
             self.taps.extend(taps);
-            self.cells.push(Cell { list, texel_log2: cells.texel_log2, pixels, present });
+            let from = self.borders.len() as u32;
+            let origin = std::array::from_fn(|axis| {
+                (at[axis] << model.block_log2) + (cell[axis] << cells.texel_log2)
+            });
+            self.add_borders(model, list, origin, cells.texel_log2, pixels);
+            let borders = from..self.borders.len() as u32;
+            self.cells.push(Cell { list, texel_log2: cells.texel_log2, pixels, present, borders });
+        }
+    }
+
+    /// Adds the borders of a cell whose pixels start at `origin`.
+    fn add_borders<const D: usize>(
+        &mut self,
+        model: &Model<D, E>,
+        list: ListId,
+        origin: [u32; D],
+        texel_log2: u8,
+        pixels: usize,
+    ) {
+        let texel_size = 1u32 << texel_log2;
+        let nodes = &self.contests[list as usize].nodes;
+        let all = ((1u32 << nodes.len()) - 1) as u16;
+        for axis in 0..D {
+            for side in 0..2u8 {
+                let weights = &self.weights[&texel_log2].borders[axis][side as usize];
+                let samples = self.allowed.len();
+                let mut differs = false;
+                let mut last = (ListId::MAX, NodeId::MAX, 0u16);
+                for &pixel in &weights.pixels {
+                    let within = grid::place([texel_size; D], pixel as usize);
+                    let mut other: [i64; D] =
+                        std::array::from_fn(|a| i64::from(origin[a] + within[a]));
+                    other[axis] += if side == 0 { -1 } else { 1 };
+                    let inside = self.labels[pixels + pixel as usize] != NOBODY;
+                    // Beyond the other side: its list, or its node.
+                    let (other_list, node) = match model.locate(&grid::Point { whole: other, frac: [0.0; D] }) {
+                        Located::Cell(there) => {
+                            (there.cells.lists[grid::index(model.cell_grid(there.cells.texel_log2), there.cell)], NodeId::MAX)
+                        }
+                        Located::Solid(node) => (ListId::MAX, node),
+                        Located::Outside => (list, NodeId::MAX),
+                    };
+                    if !inside || other_list == list {
+                        self.allowed.push(0);
+                        continue;
+                    }
+                    if (other_list, node) != (last.0, last.1) || last.2 == 0 {
+                        let theirs: &[NodeId] = if node == NodeId::MAX { model.lists.get(other_list) } else { &[node] };
+                        let mut mask = 0;
+                        for (i, node) in nodes.iter().enumerate() {
+                            mask |= u16::from(theirs.binary_search(node).is_ok()) << i;
+                        }
+                        last = (other_list, node, mask);
+                    }
+                    let mask = if last.2 == all { 0 } else { last.2 };
+                    differs |= mask != 0;
+                    self.allowed.push(mask);
+                }
+                if differs {
+                    self.borders.push(Border { axis: axis as u8, side, samples });
+                } else {
+                    self.allowed.truncate(samples);
+                }
+            }
         }
     }
 
@@ -328,7 +421,43 @@ fn weights<const D: usize>(kernel: Kernel, texel_log2: u8) -> Weights {
             grid::places(taps).map(weight).collect()
         })
         .collect();
-    Weights { along, across }
+    let border = |axis: usize, side: u32| {
+        // The first axis runs; where the border lies across it, the second.
+        let run = usize::from(axis == 0 && D > 1);
+        let swapped = |place: [u32; D]| {
+            let mut place = place;
+            place.swap(0, run);
+            place
+        };
+        let mut rows = [size; D];
+        rows[axis] = 1;
+        let mut samples = rows;
+        rows[run] = 1;
+        samples.swap(0, run);
+        let across = grid::places(rows)
+            .map(|row| {
+                let weight = |tap: [u32; D]| {
+                    let tap = swapped(tap);
+                    let along = |other: usize| match other == axis {
+                        true => kernel.weights(f64::from(side))[tap[other] as usize],
+                        false => at(row[other])[tap[other] as usize],
+                    };
+                    (0..D).filter(|&a| a != run).map(along).product::<f64>() as f32
+                };
+                grid::places(taps).map(weight).collect()
+            })
+            .collect();
+        let pixels = grid::places(samples)
+            .map(|sample| {
+                let mut place = swapped(sample);
+                place[axis] = side * (size - 1);
+                grid::index([size; D], place) as u32
+            })
+            .collect();
+        BorderWeights { across, pixels }
+    };
+    let borders = (0..D).map(|axis| [border(axis, 0), border(axis, 1)]).collect();
+    Weights { along, across, borders }
 }
 
 /// What it costs where a pixel of one region shows another: the squared difference of the colours as
