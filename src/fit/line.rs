@@ -139,9 +139,9 @@ fn each_row<'a, const E: usize>(
     for (row, across) in labels.chunks_exact(width).zip(&weights.across) {
         look(across, false, Row::Pixels(row));
     }
-    for border in &problem.borders[info.borders.start as usize..info.borders.end as usize] {
+    for border in problem.borders(info) {
         let of_side = &weights.borders[border.axis as usize][border.side as usize];
-        let rows = problem.allowed[border.samples..].chunks_exact(width);
+        let rows = problem.allowed[border.samples..border.samples + border.count].chunks_exact(width);
         for (allowed, across) in rows.zip(&of_side.across) {
             look(across, border.axis == 0, Row::Border(allowed));
         }

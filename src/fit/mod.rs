@@ -16,7 +16,7 @@ pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Re
     let t0 = std::time::Instant::now();
     let mut problem = problem::Problem::new(model, regions, 0.05);
     eprintln!("{} cells, {} texels, {} pixels", problem.cells.len(), problem.texels.len(), problem.labels.len());
-    margin::margin(&mut problem);
+    margin::fit_margins(&mut problem);
     let t = std::time::Instant::now();
     if margin::env("ROUNDS", 8.0) > 0.0 { eprintln!("margin wall {:.2}", t0.elapsed().as_secs_f32()); }
     search::search(&mut problem, margin::env("ROUNDS", 8.0) as usize);

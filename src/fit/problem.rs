@@ -35,6 +35,7 @@ pub(super) struct Border {
     pub side: u8,
     /// Where its samples start in [`Problem::allowed`].
     pub samples: usize,
+    pub count: usize,
 }
 
 /// Two candidates of a list and what parts them.
@@ -77,6 +78,9 @@ pub(super) struct Problem<const E: usize> {
     /// For each sample of each border, a bit for each candidate of the cell that the other side knows
     /// too: one of those must win, or there is a seam. 0 where there is nothing to ask.
     pub allowed: Vec<u16>,
+    /// For each sample, those of them that are pulled up against those that must not win: the region
+    /// that is there, or the only one there can be.
+    pub wanted: Vec<u16>,
     /// By list; empty for solid ones.
     pub contests: Vec<Contest<E>>,
     /// The texels.
@@ -132,6 +136,7 @@ impl<const E: usize> Problem<E> {
             labels: Vec::new(),
             borders: Vec::new(),
             allowed: Vec::new(),
+            wanted: Vec::new(),
             contests,
             texels: Vec::new(),
             colors: vec![Vec::new(); model.kernel.taps().pow(D as u32)],
@@ -279,7 +284,8 @@ impl<const E: usize> Problem<E> {
                     let mut other: [i64; D] =
                         std::array::from_fn(|a| i64::from(origin[a] + within[a]));
                     other[axis] += if side == 0 { -1 } else { 1 };
-                    let inside = self.labels[pixels + pixel as usize] != NOBODY;
+                    let label = self.labels[pixels + pixel as usize];
+                    let inside = label != NOBODY;
                     // Beyond the other side: its list, or its node.
                     let (other_list, node) = match model.locate(&grid::Point { whole: other, frac: [0.0; D] }) {
                         Located::Cell(there) => {
@@ -290,6 +296,7 @@ impl<const E: usize> Problem<E> {
                     };
                     if !inside || other_list == list {
                         self.allowed.push(0);
+                        self.wanted.push(0);
                         continue;
                     }
                     if (other_list, node) != (last.0, last.1) || last.2 == 0 {
@@ -303,11 +310,15 @@ impl<const E: usize> Problem<E> {
                     let mask = if last.2 == all { 0 } else { last.2 };
                     differs |= mask != 0;
                     self.allowed.push(mask);
+                    let there = if mask.is_power_of_two() { mask } else { mask & (1 << label) };
+                    self.wanted.push(there);
                 }
                 if differs {
-                    self.borders.push(Border { axis: axis as u8, side, samples });
+                    let count = self.allowed.len() - samples;
+                    self.borders.push(Border { axis: axis as u8, side, samples, count });
                 } else {
                     self.allowed.truncate(samples);
+                    self.wanted.truncate(samples);
                 }
             }
         }
@@ -342,6 +353,11 @@ impl<const E: usize> Problem<E> {
     /// The texels that reach into a cell.
     pub fn taps(&self, cell: usize) -> &[u32] {
         &self.taps[cell * self.tap_count..(cell + 1) * self.tap_count]
+    }
+
+    /// The borders of a cell beyond which another list decides.
+    pub fn borders(&self, cell: &Cell) -> &[Border] {
+        &self.borders[cell.borders.start as usize..cell.borders.end as usize]
     }
 
     pub fn weights(&self, cell: &Cell) -> &Weights {
