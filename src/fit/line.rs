@@ -24,7 +24,8 @@ impl Steps {
     /// Notes that the error grows by `by` when the step goes beyond `at`.
     #[inline]
     fn note(&mut self, at: f32, by: i64) {
-        let bin = (at.floor() as i32 + 1 + REACH).max(0).min(BINS as i32);
+        // Rounded down: a cast rounds towards zero, and `floor` is a call on plain x86-64.
+        let bin = ((at + REACH as f32) as i32 + 1).max(0).min(BINS as i32);
         self.changes[bin as usize] += by;
     }
 
@@ -294,6 +295,12 @@ pub(super) fn note_changes<const E: usize>(
             let (along, row_tap) = parts(swapped);
             let own = &weights.along[along];
             let by = across[row_tap] * slope;
+            // Every p of the row lies between those of its three taps.
+            let least = line[..along_taps].iter().fold(f32::INFINITY, |a, &b| a.min(b));
+            let most = line[..along_taps].iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b));
+            if least.max(-most) > reach * by.abs() {
+                return;
+            }
             for x in 0..own.len() {
                 let p = at(weights, line, x);
                 let by = by * own[x];

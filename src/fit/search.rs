@@ -111,10 +111,11 @@ fn directions<const E: usize>(problem: &Problem<E>, texel: u32) -> Vec<[f32; E]>
     for &(cell, _) in problem.reach(texel) {
         let cell = &problem.cells[cell as usize];
         for pair in &problem.contests[cell.list as usize].pairs {
-            if found.len() == DIRECTIONS {
+            if found.len() == super::margin::env("DIRS", 8.0) as usize {
                 break;
             }
-            if pair.cost == 0 || cell.present & (1 << pair.i | 1 << pair.j) == 0 {
+            let both = 1 << pair.i | 1 << pair.j;
+            if pair.cost == 0 || (cell.present & both == 0 || (super::margin::env("BOTH", 0.0) > 0.0 && cell.present & both != both)) {
                 continue;
             }
             let cosine = |d: &[f32; E]| (0..E).map(|e| d[e] * pair.normal[e]).sum::<f32>().abs();
@@ -123,7 +124,7 @@ fn directions<const E: usize>(problem: &Problem<E>, texel: u32) -> Vec<[f32; E]>
             }
         }
     }
-    if found.len() > 1 {
+    if found.len() > 1 && super::margin::env("AXES", 1.0) > 0.0 {
         for e in 0..E {
             found.push(std::array::from_fn(|x| f32::from(u8::from(x == e))));
         }
