@@ -1,18 +1,14 @@
 //! The whole way from a source to a model: the only place that knows every stage.
 
-use crate::compare::decode_regions;
 use crate::complex::{CellLists, Dual, Gathered, dual};
 use crate::embed::{self, Constraints};
 use crate::error::{Error, Result};
 use crate::fit;
 use crate::gamma::{self, Gamma, Value};
-use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::{Connectivity, Regions, Source, components};
 use crate::limits::Limits;
-use crate::model::{Block, Cells, Image, ListId, Node, NodeId, Region, RegionId};
-use rustc_hash::FxHashMap;
-use std::collections::{BTreeMap, BTreeSet};
+use crate::model::{Block, Cells, Image, ListId, Node, NodeId, Region};
 
 /// log₂ of the width of a block.
 const BLOCK_LOG2: u8 = 6;
@@ -63,7 +59,7 @@ pub fn encode(
     mut stage: impl FnMut(&'static str),
 ) -> Result<Image> {
     let texel_log2 = options.texel_size.trailing_zeros() as u8;
-    if !options.texel_size.is_power_of_two() || !Image::TEXEL_LOG2.contains(&texel_log2) {
+    if !options.texel_size.is_power_of_two() || !(1..=BLOCK_LOG2).contains(&texel_log2) {
         return Err(Error::Usage(format!(
             "texel size {} is not one of 2, 4, 8, 16, 32, 64",
             options.texel_size
@@ -82,52 +78,21 @@ pub fn encode(
         stage("fitting texels");
         let mut image = assemble(source, options, &regions, &dual, embedding);
         fit::start(&mut image, &regions);
+        fit::fit(&mut image, &regions);
         stage("looking for what was lost");
-        let mut refined = false;
-        for block in blocks_that_lose(&image, &regions) {
-            refined |= cells.refine(block);
-        }
-        if refined {
-            continue;
-        }
-        if options.gamma == Gamma::Planes {
+        let mut lost = fit::rescue(&mut image, &regions);
+        if lost.is_empty() && options.gamma == Gamma::Planes {
             stage("fitting planes");
             embed::fit_planes(&mut image, &regions);
+            fit::refit(&mut image, &regions);
+            stage("looking for what was lost");
+            lost = fit::rescue(&mut image, &regions);
         }
-        return Ok(image);
+        if lost.is_empty() {
+            return Ok(image);
+        }
+        cells.refine_at(&lost);
     }
-}
-
-/// The blocks that hold most of a region which is seen nowhere and yet has as many pixels as a texel
-/// of that block, or more: there finer texels are due.
-fn blocks_that_lose(image: &Image, regions: &Regions<2>) -> BTreeSet<usize> {
-    let mut pixels = vec![0u32; regions.classes.len()];
-    let mut seen = vec![false; regions.classes.len()];
-    for (&label, decoded) in regions.labels.iter().zip(decode_regions(image)) {
-        pixels[label as usize] += 1;
-        if let Some(region) = decoded {
-            seen[region as usize] = true;
-        }
-    }
-    let mut shares: FxHashMap<RegionId, BTreeMap<usize, u32>> = FxHashMap::default();
-    for (pixel, &label) in regions.labels.iter().enumerate() {
-        if !seen[label as usize] {
-            let block = grid::place(image.size, pixel).map(|along| along >> image.block_log2);
-            let block = grid::index(image.block_grid(), block);
-            *shares.entry(label).or_default().entry(block).or_default() += 1;
-        }
-    }
-    let losing = |(region, blocks): (RegionId, BTreeMap<usize, u32>)| {
-        // The first of those with most.
-        let (block, _) = blocks.into_iter().rev().max_by_key(|&(_, pixels)| pixels)?;
-        match &image.blocks[block] {
-            Block::Cells(cells) if pixels[region as usize] >= 1 << (2 * cells.texel_log2) => {
-                Some(block)
-            }
-            _ => None,
-        }
-    };
-    shares.into_iter().filter_map(losing).collect()
 }
 
 /// Lists, and positions under which they decode.

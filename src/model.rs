@@ -182,8 +182,9 @@ pub enum Located<'a, const D: usize, const E: usize> {
 }
 
 impl<const D: usize, const E: usize> Model<D, E> {
-    /// The smallest and largest log₂ of a texel size.
-    pub const TEXEL_LOG2: std::ops::RangeInclusive<u8> = 1..=6;
+    /// The smallest and largest log₂ of the width of a block. Its texels have any size from 1 pixel to
+    /// the whole block.
+    pub const BLOCK_LOG2: std::ops::RangeInclusive<u8> = 1..=6;
 
     /// Blocks along each axis.
     pub fn block_grid(&self) -> [u32; D] {
@@ -330,7 +331,7 @@ impl<const D: usize, const E: usize> Model<D, E> {
     /// [`Error::Malformed`] names the part that does not hold, [`Error::Limit`] the cap exceeded.
     pub fn check(&self, limits: &Limits) -> Result<()> {
         limits.check_size(self.size)?;
-        if !Self::TEXEL_LOG2.contains(&self.block_log2) {
+        if !Self::BLOCK_LOG2.contains(&self.block_log2) {
             return Err(Error::malformed("header", format!("block size 2^{}", self.block_log2)));
         }
         self.check_graph(limits)?;
@@ -406,7 +407,7 @@ impl<const D: usize, const E: usize> Model<D, E> {
                     }
                 }
                 Block::Cells(cells) => {
-                    if !(1..=self.block_log2).contains(&cells.texel_log2) {
+                    if cells.texel_log2 > self.block_log2 {
                         return Err(Error::malformed("blocks", "a texel size out of range"));
                     }
                     if cells.lists.len() != grid::count(self.cell_grid(cells.texel_log2))

@@ -6,19 +6,19 @@ use crate::limits::MAX_CANDIDATES;
 use crate::model::{ListId, Lists, RegionId};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
 
 /// How far beyond its own pixels a cell looks for candidates. Without it neighbouring cells
 /// disagree along their border far more often (design: seams 3.9 % against 0.55 %).
 const WIDENING: i64 = 1;
 
 /// A block where a cell would hold more candidates than this gets finer cells from the start: nodes
-/// find their places more easily, and texels that coarse would draw such a crowd badly. What the
-/// finest cells hold stays.
+/// find their places more easily, and texels that coarse would draw such a crowd badly …
 const CROWD: usize = 8;
 
-/// log₂ of the finest texel size. In an image a cell of 2 pixels, widened, sees 16 at most: no more
-/// than a list may hold.
-const FINEST: u8 = 1;
+/// … down to this log₂ of the texel size. In an image a cell of 2 pixels, widened, sees 16 candidates
+/// at most: no more than a list may hold.
+const FINEST_OF_CROWDS: u8 = 1;
 
 /// The candidate lists of every cell of every block, each block with a texel size of its own.
 pub struct CellLists<'a, const D: usize> {
@@ -64,14 +64,46 @@ impl<'a, const D: usize> CellLists<'a, D> {
         CellLists { regions, block_log2, blocks }
     }
 
-    /// Halves the texel size of a block; `false` where it is the finest already.
+    /// Halves the texel size of a block; `false` where it is a pixel already.
     pub fn refine(&mut self, block: usize) -> bool {
         let texel_log2 = self.blocks[block].texel_log2;
-        if texel_log2 <= FINEST {
+        if texel_log2 == 0 {
             return false;
         }
         self.blocks[block] = list_block(self.regions, self.block_log2, block, texel_log2 - 1);
         true
+    }
+
+    /// Brings pixels nearer to decoding to their own regions: halves the texel size of the blocks they
+    /// are in, or, where that is a pixel already, leaves no other candidate in their cells.
+    pub fn refine_at(&mut self, pixels: &[[u32; D]]) {
+        let block_grid = grid::pieces(self.regions.size, self.block_log2);
+        let mut by_block: BTreeMap<usize, Vec<[u32; D]>> = BTreeMap::new();
+        for &at in pixels {
+            let block = grid::index(block_grid, at.map(|along| along >> self.block_log2));
+            by_block.entry(block).or_default().push(at);
+        }
+        for (block, pixels) in by_block {
+            if !self.refine(block) {
+                self.pin(block, &pixels);
+            }
+        }
+    }
+
+    /// Leaves but their own regions to some cells of a block with cells of one pixel.
+    fn pin(&mut self, block: usize, pixels: &[[u32; D]]) {
+        let mut lists: Vec<&[RegionId]> = self.blocks[block].cells.iter().collect();
+        for &at in pixels {
+            let within = at.map(|along| along & ((1 << self.block_log2) - 1));
+            let pixel = grid::index(self.regions.size, at);
+            lists[grid::index([1 << self.block_log2; D], within)] =
+                std::slice::from_ref(&self.regions.labels[pixel]);
+        }
+        let mut cells = Lists::default();
+        lists.into_iter().for_each(|list| {
+            cells.push(list);
+        });
+        self.blocks[block].cells = cells;
     }
 
     /// For each region, where it lies in the most crowded cell that lists it, if any lists at least
@@ -141,7 +173,7 @@ fn list_block<const D: usize>(
             crowded |= list.len() > CROWD;
             left_out += dropped;
         }
-        if !crowded || texel_log2 == FINEST {
+        if !crowded || texel_log2 <= FINEST_OF_CROWDS {
             return BlockLists { texel_log2, cells, left_out };
         }
         texel_log2 -= 1;
@@ -241,6 +273,16 @@ mod tests {
         let mut cells = CellLists::new(&regions, 3, 3);
         assert_eq!(cells.gather().blocks[0].0, 1);
         assert_eq!(cells.left_out(), 0);
+        assert!(cells.refine(0), "to single pixels, where it is asked for");
         assert!(!cells.refine(0));
+        let list = |cells: &CellLists<2>, cell: usize| {
+            let Gathered { lists, blocks } = cells.gather();
+            (blocks[1].0, lists.get(blocks[1].1[cell]).to_vec())
+        };
+        cells.refine_at(&[[9, 1], [10, 1]]);
+        assert_eq!(list(&cells, 9), (0, vec![8, 9, 10, 24, 25, 26, 40, 41, 42]));
+        cells.refine_at(&[[9, 1], [10, 1]]);
+        assert_eq!(list(&cells, 9), (0, vec![25]));
+        assert_eq!(list(&cells, 8).1.len(), 9, "the other cells are as they were");
     }
 }

@@ -135,9 +135,9 @@ impl<'a> Cracks<'a> {
         (bits & 1 == 1).then(|| self.before[word] + earlier.count_ones())
     }
 
-    /// The first crack southwards that is left, for each row from `from` on.
-    pub(super) fn southwards(&self, from: u32) -> Option<[u32; 2]> {
-        let start = from as usize * self.south.words;
+    /// The first crack southwards that is left, row by row from corner `from` on.
+    pub(super) fn southwards(&self, from: [u32; 2]) -> Option<[u32; 2]> {
+        let start = from[1] as usize * self.south.words + from[0] as usize / 64;
         let word = start + self.south.bits[start..].iter().position(|&bits| bits != 0)?;
         let x = (word % self.south.words * 64) as u32 + self.south.bits[word].trailing_zeros();
         Some([x, (word / self.south.words) as u32])

@@ -5,11 +5,13 @@
 //! checkerboard) is not generic (condition (i) of section 4.4) and is blown up: a *ghost* node is
 //! put in its middle and joined to what surrounds it (Fig. 4). A volume's 2×2×2 windows likewise.
 
+use super::simplices::{Simplices, merged};
 use crate::grid;
 use crate::labels::Regions;
 use crate::model::NodeId;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+use std::ops::Range;
 
 /// Cells of the dual complex. Nodes below `regions` are the regions; those from there on are ghosts.
 /// Each simplex is sorted, all are in order, none is there twice, every face of one is there too.
@@ -40,145 +42,259 @@ impl Dual {
     }
 }
 
-/// Builds the dual complex of an image or a volume.
+/// About how many pixels a band has.
+const BAND: usize = 1 << 17;
+
+/// Builds the dual complex of an image or a volume, in time linear in its pixels and in the cells
+/// that it finds, but for sorting the cells of a band.
+///
+/// Connectivity does not enter: the corner where opposite pixels are one region has a ghost all the
+/// same, and only the number of regions around it is less (see
+/// [`Connectivity`](crate::labels::Connectivity)).
 pub fn dual<const D: usize>(regions: &Regions<D>) -> Dual {
-    let mut builder = Builder {
-        regions,
-        ghosts: Vec::new(),
-        ghost_ids: FxHashMap::default(),
-        edges: Cells::default(),
-        faces: Cells::default(),
-        volumes: Cells::default(),
-    };
+    in_bands(regions, BAND)
+}
+
+fn in_bands<const D: usize>(regions: &Regions<D>, band_pixels: usize) -> Dual {
+    let slices = regions.size[D - 1] as usize;
+    let height = band_pixels.div_ceil(regions.labels.len() / slices).min(slices);
     let axes: Vec<usize> = (0..D).collect();
-    for m in 1..=D {
-        for spanned in combinations(&axes, m) {
-            builder.windows(&spanned);
+    let windows = |m: usize| combinations(&axes, m);
+
+    let mut dual = Dual { regions: regions.classes.len(), ..Dual::default() };
+    let mut ghost_ids = FxHashMap::default();
+    let (mut edges, mut faces, mut volumes) = (Vec::new(), Vec::new(), Vec::new());
+    // One kind of window that makes ghosts at a time, so that bands do not show in their numbers, and
+    // squares before cubes, which ask for the ghosts in their sides.
+    let mut passes = vec![windows(1)];
+    let (squares, cubes) = (windows(2), windows(3));
+    passes[0].extend(squares.first().cloned());
+    passes.extend(squares.into_iter().skip(1).chain(cubes).map(|spanned| vec![spanned]));
+    for windows in passes {
+        let first = dual.nodes();
+        let mut bands: Vec<Found> = (0..slices.div_ceil(height))
+            .into_par_iter()
+            .map(|band| {
+                let band = band * height..slices.min((band + 1) * height);
+                let mut builder = Builder::new(regions, &ghost_ids, first);
+                windows.iter().for_each(|spanned| builder.windows(spanned, band.clone()));
+                builder.finish()
+            })
+            .collect();
+        let mut earlier = Vec::with_capacity(bands.len());
+        for band in &mut bands {
+            earlier.push((dual.nodes() - first) as u32);
+            dual.ghosts.append(&mut band.ghosts);
+        }
+        // Each band has counted its ghosts from `first` on.
+        bands.par_iter_mut().zip(&earlier).for_each(|(band, &by)| {
+            shift(&mut band.edges, first, by);
+            shift(&mut band.faces, first, by);
+            shift(&mut band.volumes, first, by);
+        });
+        for (band, by) in bands.into_iter().zip(earlier) {
+            ghost_ids.extend(band.ghost_ids.into_iter().map(|(window, id)| (window, id + by)));
+            edges.push(band.edges);
+            faces.push(band.faces);
+            volumes.push(band.volumes);
         }
     }
-    Dual {
-        regions: regions.classes.len(),
-        ghosts: builder.ghosts,
-        edges: builder.edges.finish(),
-        faces: builder.faces.finish(),
-        volumes: builder.volumes.finish(),
+    dual.edges = merged(edges);
+    dual.faces = merged(faces);
+    dual.volumes = merged(volumes);
+    dual
+}
+
+/// Adds `by` to the nodes from `first` on.
+fn shift<const N: usize>(simplices: &mut [[NodeId; N]], first: usize, by: u32) {
+    if by > 0 {
+        for node in simplices.as_flattened_mut() {
+            *node += if *node as usize >= first { by } else { 0 };
+        }
     }
+}
+
+/// A window: its base pixel and the axes it spans, as bits.
+type Window = (usize, u32);
+
+/// What there is in a band; its own ghosts are counted from the first that was free before.
+struct Found {
+    ghosts: Vec<Vec<NodeId>>,
+    ghost_ids: Vec<(Window, NodeId)>,
+    edges: Vec<[NodeId; 2]>,
+    faces: Vec<[NodeId; 3]>,
+    volumes: Vec<[NodeId; 4]>,
 }
 
 struct Builder<'a, const D: usize> {
     regions: &'a Regions<D>,
+    /// Ghosts of earlier windows that may bound a larger one.
+    known: &'a FxHashMap<Window, NodeId>,
+    /// The node that the band's first ghost is.
+    first: usize,
     ghosts: Vec<Vec<NodeId>>,
-    /// Ghosts that bound a larger window, by the window they are in: its base pixel and the axes it
-    /// spans, as bits.
-    ghost_ids: FxHashMap<(usize, u32), NodeId>,
-    edges: Cells<2>,
-    faces: Cells<3>,
-    volumes: Cells<4>,
+    ghost_ids: Vec<(Window, NodeId)>,
+    /// Pairs seen lately: along a boundary the same come again and again.
+    recent: Vec<[NodeId; 2]>,
+    edges: Simplices<2>,
+    faces: Simplices<3>,
+    volumes: Simplices<4>,
 }
 
 /// Windows are looked at one by one only where these many in a row are not of one region.
 const CHUNK: usize = 64;
-/// log₂ of how many windows seen lately are remembered.
-const RECENT_LOG2: u32 = 8;
+/// log₂ of how many pairs seen lately are remembered.
+const RECENT_LOG2: u32 = 11;
 
-impl<const D: usize> Builder<'_, D> {
-    /// Slides a window that is 2 pixels wide along the `spanned` axes and 1 along the others.
-    fn windows(&mut self, spanned: &[usize]) {
-        let regions = self.regions;
-        let size = regions.size;
-        let strides: Vec<usize> = spanned.iter().map(|&axis| stride(size, axis)).collect();
+impl<'a, const D: usize> Builder<'a, D> {
+    fn new(regions: &'a Regions<D>, known: &'a FxHashMap<Window, NodeId>, first: usize) -> Self {
+        Builder {
+            regions,
+            known,
+            first,
+            ghosts: Vec::new(),
+            ghost_ids: Vec::new(),
+            recent: vec![[0; 2]; 1 << RECENT_LOG2],
+            edges: Simplices::default(),
+            faces: Simplices::default(),
+            volumes: Simplices::default(),
+        }
+    }
+
+    fn finish(self) -> Found {
+        Found {
+            ghosts: self.ghosts,
+            ghost_ids: self.ghost_ids,
+            edges: self.edges.finish(),
+            faces: self.faces.finish(),
+            volumes: self.volumes.finish(),
+        }
+    }
+
+    /// Slides a window that is 2 pixels wide along the `spanned` axes and 1 along the others over a
+    /// band of slices.
+    fn windows(&mut self, spanned: &[usize], band: Range<usize>) {
+        let size = self.regions.size;
         let corners: Vec<usize> = (0..1usize << spanned.len())
-            .map(|bits| (0..spanned.len()).map(|i| (bits >> i & 1) * strides[i]).sum())
+            .map(|bits| {
+                let along = |i: usize| (bits >> i & 1) * stride(size, spanned[i]);
+                (0..spanned.len()).map(along).sum()
+            })
             .collect();
         let mut bases = size;
         for &axis in spanned {
             bases[axis] -= 1;
         }
+        bases[D - 1] = bases[D - 1].min(band.end as u32).saturating_sub(band.start as u32);
         if bases.contains(&0) {
             return;
         }
         let axes = spanned.iter().map(|&axis| 1u32 << axis).sum();
-        let row_length = bases[0] as usize;
-        bases[0] = 1;
-        let mut recent = vec![[0; 4]; 1 << RECENT_LOG2];
-        for row in grid::places(bases) {
+        let row_length = std::mem::replace(&mut bases[0], 1) as usize;
+        for mut row in grid::places(bases) {
+            row[D - 1] += band.start as u32;
             let start = grid::index(size, row);
             for chunk in (start..start + row_length).step_by(CHUNK) {
                 let end = (chunk + CHUNK).min(start + row_length);
-                let rows = |corner: usize| &regions.labels[chunk + corner..end + corner];
-                // Equal to their neighbours along every spanned axis: nothing meets here.
-                if corners[1..].iter().all(|&corner| rows(corner) == rows(0)) {
-                    continue;
-                }
-                for base in chunk..end {
-                    let mut labels = [0; 8];
-                    let labels = &mut labels[..corners.len()];
-                    for (label, &corner) in labels.iter_mut().zip(&corners) {
-                        *label = regions.labels[base + corner];
+                self.chunk(chunk..end, axes, &corners);
+            }
+        }
+    }
+
+    /// Looks at the windows whose base is in `bases`.
+    fn chunk(&mut self, bases: Range<usize>, axes: u32, corners: &[usize]) {
+        let labels = &self.regions.labels;
+        let rows = |corner: usize| &labels[bases.start + corner..bases.end + corner];
+        // Equal to their neighbours along every spanned axis: nothing meets here.
+        if corners[1..].iter().all(|&corner| rows(corner) == rows(0)) {
+            return;
+        }
+        match *corners {
+            [_, next] => {
+                for (&a, &b) in rows(0).iter().zip(rows(next)) {
+                    if a != b {
+                        self.pair(a, b);
                     }
-                    if labels[1..].iter().any(|&label| label != labels[0])
-                        && !(spanned.len() < 3 && was_recent(&mut recent, labels))
-                    {
-                        self.window(base, axes, labels);
+                }
+            }
+            [_, x, y, xy] => {
+                let here = bases.clone().zip(rows(0)).zip(rows(x));
+                let there = rows(y).iter().zip(rows(xy));
+                for (((base, &a), &b), (&c, &d)) in here.zip(there) {
+                    let met = [a != b, b != d, d != c, c != a].map(u8::from);
+                    match met.iter().sum::<u8>() {
+                        3 => self.junction([a, b, d, c]),
+                        4 => self.crossing((base, axes), [a, b, d, c]),
+                        // A boundary passes: its edge is there from windows of two.
+                        _ => {}
+                    }
+                }
+            }
+            _ => {
+                for base in bases.clone() {
+                    let mut around = [0; 8];
+                    let around = &mut around[..corners.len()];
+                    for (label, &corner) in around.iter_mut().zip(corners) {
+                        *label = labels[base + corner];
+                    }
+                    if around[1..].iter().any(|&label| label != around[0]) {
+                        self.cube((base, axes), around);
                     }
                 }
             }
         }
     }
 
-    fn window(&mut self, base: usize, axes: u32, labels: &[NodeId]) {
-        let generic = match *labels {
-            [a, b] => return self.edges.push([a, b]),
-            [a, b, c, d] if !crossing(labels) => {
-                let mut distinct = [a, b, d, c];
-                distinct.sort_unstable();
-                let [a, b, c, d] = distinct;
-                let face = if a == b { [a, c, d] } else { [a, b, d] };
-                // Its edges are there already, from windows of two; and if it has but two regions,
-                // so is all of it.
-                if face[0] != face[1] && face[1] != face[2] {
-                    self.faces.push(face);
-                }
-                return;
-            }
-            [_, _, _, _] => false,
-            _ => {
-                let distinct = distinct(labels);
-                let generic = self.is_generic_volume(base, axes, &distinct);
-                if generic {
-                    self.insert(&distinct);
-                }
-                generic
-            }
-        };
-        if generic {
-            return;
+    fn pair(&mut self, a: NodeId, b: NodeId) {
+        let edge = [a.min(b), a.max(b)];
+        let key = u64::from(edge[0]) << 32 | u64::from(edge[1]);
+        let slot = key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - RECENT_LOG2);
+        if std::mem::replace(&mut self.recent[slot as usize], edge) != edge {
+            self.edges.push(edge);
         }
-        let ghost = (self.regions.classes.len() + self.ghosts.len()) as NodeId;
-        self.ghosts.push(distinct(labels));
-        // The cone over what surrounds the window.
-        if let [a, b, c, d] = *labels {
-            for [from, to] in [[a, b], [b, d], [d, c], [c, a]] {
-                self.edges.push([from, ghost]);
-                self.faces.push([from, to, ghost]);
-            }
-            if D > 2 {
-                self.ghost_ids.insert((base, axes), ghost);
-            }
-            return;
+    }
+
+    /// A 2×2 window, walked around, at which three boundaries meet.
+    fn junction(&mut self, [a, b, c, d]: [NodeId; 4]) {
+        // Two that follow each other are the same.
+        self.faces.push(if a == b || b == c { [a, c, d] } else { [a, b, c] });
+    }
+
+    /// A 2×2 window, walked around, at which four meet: a ghost, and the cone over what surrounds it.
+    fn crossing(&mut self, window: Window, around: [NodeId; 4]) {
+        let ghost = self.ghost(&around);
+        for i in 0..4 {
+            self.edges.push([around[i], ghost]);
+            self.faces.push([around[i], around[(i + 1) % 4], ghost]);
         }
-        for simplex in self.boundary(base, axes) {
-            let mut cone = simplex;
+        if D > 2 {
+            self.ghost_ids.push((window, ghost));
+        }
+    }
+
+    /// A 2×2×2 window.
+    fn cube(&mut self, window: Window, labels: &[NodeId]) {
+        let distinct = distinct(labels);
+        if self.is_generic_volume(window, &distinct) {
+            return self.insert(&distinct);
+        }
+        let ghost = self.ghost(labels);
+        for mut cone in self.boundary(window) {
             cone.push(ghost);
             self.insert(&cone);
         }
     }
 
+    fn ghost(&mut self, labels: &[NodeId]) -> NodeId {
+        self.ghosts.push(distinct(labels));
+        (self.first + self.ghosts.len() - 1) as NodeId
+    }
+
     /// Whether a 2×2×2 window is one simplex: no ghost in its sides, and every two regions meet.
-    fn is_generic_volume(&self, base: usize, axes: u32, distinct: &[NodeId]) -> bool {
-        let sides = self.sides(base, axes);
+    fn is_generic_volume(&self, window: Window, distinct: &[NodeId]) -> bool {
+        let sides = self.sides(window);
         distinct.len() <= D + 1
-            && sides.iter().all(|side| !self.ghost_ids.contains_key(side))
+            && sides.iter().all(|side| !self.known.contains_key(side))
             && (0..distinct.len()).all(|i| {
                 distinct[i + 1..]
                     .iter()
@@ -187,7 +303,7 @@ impl<const D: usize> Builder<'_, D> {
     }
 
     /// The windows one dimension down that bound a window.
-    fn sides(&self, base: usize, axes: u32) -> Vec<(usize, u32)> {
+    fn sides(&self, (base, axes): Window) -> Vec<Window> {
         let size = self.regions.size;
         let spanned = (0..D).filter(|axis| axes >> axis & 1 == 1);
         spanned
@@ -199,23 +315,23 @@ impl<const D: usize> Builder<'_, D> {
     }
 
     /// The top simplices of the complex around a window.
-    fn boundary(&self, base: usize, axes: u32) -> Vec<Vec<NodeId>> {
+    fn boundary(&self, window: Window) -> Vec<Vec<NodeId>> {
         let mut simplices = Vec::new();
-        for (base, axes) in self.sides(base, axes) {
-            match self.ghost_ids.get(&(base, axes)) {
+        for side in self.sides(window) {
+            match self.known.get(&side) {
                 Some(&ghost) => {
-                    for mut simplex in self.boundary(base, axes) {
+                    for mut simplex in self.boundary(side) {
                         simplex.push(ghost);
                         simplices.push(simplex);
                     }
                 }
-                None => simplices.push(self.distinct_in(base, axes)),
+                None => simplices.push(self.distinct_in(side)),
             }
         }
         simplices
     }
 
-    fn distinct_in(&self, base: usize, axes: u32) -> Vec<NodeId> {
+    fn distinct_in(&self, (base, axes): Window) -> Vec<NodeId> {
         let size = self.regions.size;
         let mut labels = vec![self.regions.labels[base]];
         let mut offsets = vec![0];
@@ -231,9 +347,9 @@ impl<const D: usize> Builder<'_, D> {
         labels
     }
 
-    fn meet_in(&self, (base, axes): (usize, u32), a: NodeId, b: NodeId) -> bool {
-        self.sides(base, axes).iter().any(|&(base, axes)| {
-            let both = self.distinct_in(base, axes);
+    fn meet_in(&self, window: Window, a: NodeId, b: NodeId) -> bool {
+        self.sides(window).into_iter().any(|side| {
+            let both = self.distinct_in(side);
             both.contains(&a) && both.contains(&b)
         })
     }
@@ -254,52 +370,6 @@ impl<const D: usize> Builder<'_, D> {
     }
 }
 
-/// Simplices that may come several times.
-struct Cells<const N: usize>(Vec<[NodeId; N]>);
-
-impl<const N: usize> Default for Cells<N> {
-    fn default() -> Self {
-        Cells(Vec::new())
-    }
-}
-
-impl<const N: usize> Cells<N> {
-    fn push(&mut self, mut cell: [NodeId; N]) {
-        cell.sort_unstable();
-        if self.0.len() == self.0.capacity() {
-            // What is there twice goes before more memory comes.
-            self.tidy();
-            self.0.reserve(self.0.len() + 1024);
-        }
-        self.0.push(cell);
-    }
-
-    fn tidy(&mut self) {
-        self.0.par_sort_unstable();
-        self.0.dedup();
-    }
-
-    fn finish(mut self) -> Vec<[NodeId; N]> {
-        self.tidy();
-        self.0.shrink_to_fit();
-        self.0
-    }
-}
-
-/// Along a boundary the same windows come again and again, and what they add is there already; but
-/// each crossing has a ghost of its own. Remembers the window if it was not.
-fn was_recent(recent: &mut [[NodeId; 4]], labels: &[NodeId]) -> bool {
-    if labels.len() == 4 && crossing(labels) {
-        return false;
-    }
-    let mut window = [labels[0]; 4];
-    window[..labels.len()].copy_from_slice(labels);
-    let mix =
-        |hash: u64, &label: &NodeId| (hash ^ u64::from(label)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let slot = window.iter().fold(0, mix) >> (64 - RECENT_LOG2);
-    std::mem::replace(&mut recent[slot as usize], window) == window
-}
-
 fn distinct(labels: &[NodeId]) -> Vec<NodeId> {
     let mut distinct = labels.to_vec();
     distinct.sort_unstable();
@@ -310,12 +380,6 @@ fn distinct(labels: &[NodeId]) -> Vec<NodeId> {
 /// How far apart neighbours along an axis are.
 fn stride<const D: usize>(size: [u32; D], axis: usize) -> usize {
     size[..axis].iter().map(|&n| n as usize).product()
-}
-
-/// Whether four boundaries meet in the middle of a 2×2 window, given as [(0,0), (1,0), (0,1), (1,1)].
-fn crossing(labels: &[NodeId]) -> bool {
-    let [a, b, c, d] = [labels[0], labels[1], labels[2], labels[3]];
-    a != b && b != d && d != c && c != a
 }
 
 /// The subsets of `m` items.
@@ -356,5 +420,33 @@ mod tests {
         let d = of([4, 3], &[0, 1, 2, 3, 3, 2, 1, 0, 0, 1, 2, 3]);
         assert!(d.edges.is_sorted_by(|a, b| a < b) && d.edges.iter().all(|e| e.is_sorted()));
         assert!(d.faces.is_sorted_by(|a, b| a < b) && d.faces.iter().all(|f| f.is_sorted()));
+    }
+
+    #[test]
+    fn bands_change_nothing() {
+        let mut seed = 7u32;
+        let mut labels = |count: u32, of: u32| -> Vec<u32> {
+            let label = |_| {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (seed >> 8) % of
+            };
+            (0..count).map(label).collect()
+        };
+        for of in [2, 3, 40] {
+            let classes = vec![0; of as usize];
+            let flat = Regions { size: [37, 23], labels: labels(37 * 23, of), classes };
+            let whole = in_bands(&flat, usize::MAX);
+            assert!(!whole.ghosts.is_empty());
+            for band in [1, 37, 38, 300] {
+                assert_eq!(in_bands(&flat, band), whole, "{of} labels, bands of {band}");
+            }
+            let classes = vec![0; of as usize];
+            let solid = Regions { size: [5, 6, 7], labels: labels(5 * 6 * 7, of), classes };
+            let whole = in_bands(&solid, usize::MAX);
+            assert!(!whole.ghosts.is_empty());
+            for band in [1, 31, 100] {
+                assert_eq!(in_bands(&solid, band), whole, "{of} labels, bands of {band}");
+            }
+        }
     }
 }

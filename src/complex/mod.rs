@@ -10,6 +10,7 @@ mod dual;
 mod incidence;
 mod nesting;
 mod primal;
+mod simplices;
 mod topology;
 
 pub use adjacency::Adjacency;

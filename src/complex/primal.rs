@@ -178,9 +178,9 @@ impl Primal {
             }
         }
         // What is left has no junction. A loop's first crack southwards has its inside to the left.
-        let mut row = 0;
-        while let Some(at) = cracks.southwards(row) {
-            row = at[1];
+        let mut from = [0, 0];
+        while let Some(at) = cracks.southwards(from) {
+            from = at;
             primal.trace(&mut cracks, at, Way::South, None, with_points);
         }
         primal

@@ -36,7 +36,7 @@ pub fn read(bytes: &[u8], limits: &Limits) -> Result<Image> {
         blocks: Vec::new(),
     };
     limits.check_size(model.size)?;
-    if !Image::TEXEL_LOG2.contains(&model.block_log2) {
+    if !Image::BLOCK_LOG2.contains(&model.block_log2) {
         return Err(Error::malformed("header", "a block size out of range"));
     }
     let chunks = unpack(bytes, &parts, model.gamma)?;
@@ -198,11 +198,10 @@ fn read_blocks<const D: usize, const E: usize>(
     let count = grid::count(model.block_grid());
     let mut memory = 0u64;
     for _ in 0..count {
-        let texel_log2 = from.u8()?;
-        if texel_log2 == 0 {
+        let Some(texel_log2) = from.u8()?.checked_sub(1) else {
             model.blocks.push(Block::Solid(from.varint()?));
             continue;
-        }
+        };
         if texel_log2 > model.block_log2 {
             return Err(from.error("a texel size out of range"));
         }

@@ -140,7 +140,7 @@ fn blocks(model: &Image) -> Vec<u8> {
                 push_varint(&mut out, *node);
             }
             Block::Cells(cells) => {
-                out.push(cells.texel_log2);
+                out.push(cells.texel_log2 + 1);
                 for &list in &cells.lists {
                     push_varint(&mut out, list);
                 }

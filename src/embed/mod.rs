@@ -4,6 +4,7 @@
 //! that never meets in a cell may even share a position.
 
 mod constraints;
+mod cut;
 mod forces;
 mod planes;
 mod random;
@@ -11,6 +12,7 @@ mod start;
 mod verify;
 
 pub use constraints::{Cells, Constraints};
+pub use cut::Cut;
 pub use forces::settle;
 pub use planes::fit_planes;
 pub use start::start;

@@ -6,6 +6,7 @@
 //! and that is what makes a T junction a T.
 
 use super::constraints::{ByLast, Cells};
+use super::cut::Cut;
 use super::verify::sampled_in;
 use crate::gamma::{self, Gamma, Plane, Value, dot, sub};
 use crate::grid;
@@ -105,24 +106,6 @@ struct Pixel<const E: usize> {
     texel_log2: u8,
 }
 
-/// γ of one list under the planes found so far: the real nodes, and p_ij for i < j, row by row.
-struct Cut<const E: usize> {
-    nodes: Vec<NodeId>,
-    planes: Vec<Option<Plane<E>>>,
-}
-
-impl<const E: usize> Cut<E> {
-    /// Where p_ij is, i < j.
-    fn place(&self, i: usize, j: usize) -> usize {
-        i * self.nodes.len() + j
-    }
-
-    fn winner(&self, v: Value<E>) -> Option<NodeId> {
-        let p = |i: usize, j: usize| Some(self.planes[self.place(i, j)]?.at(v));
-        Some(self.nodes[gamma::deepest(self.nodes.len(), p)?])
-    }
-}
-
 /// What a choice of planes costs: pixels of the wrong region, their squared difference in colour,
 /// and simplices that decode to something else.
 #[derive(Clone, Copy)]
@@ -207,8 +190,7 @@ impl<const D: usize, const E: usize> Fitter<'_, D, E> {
         for cut in &mut cuts {
             let places = (cut.nodes.binary_search(&a), cut.nodes.binary_search(&b));
             if let (Ok(i), Ok(j)) = places {
-                let place = cut.place(i, j);
-                cut.planes[place] = Some(found.plane(at_a, at_b));
+                cut.set(i, j, found.plane(at_a, at_b));
             }
         }
         if self.cost(edge, &cuts, pixels).beats(before) { Some(found) } else { known }
@@ -223,7 +205,7 @@ impl<const D: usize, const E: usize> Fitter<'_, D, E> {
         let count = cut.nodes.len().min(MAX_CANDIDATES);
         for k in 0..count {
             for l in k + 1..count {
-                if let (Some(plane), false) = (cut.planes[cut.place(k, l)], (k, l) == (i, j)) {
+                if let (Some(plane), false) = (cut.plane(k, l), (k, l) == (i, j)) {
                     let p = plane.at(pixel.value);
                     depth[k] = depth[k].min(p);
                     depth[l] = depth[l].min(-p);
@@ -252,22 +234,8 @@ impl<const D: usize, const E: usize> Fitter<'_, D, E> {
 
     /// γ of a list with the planes found so far.
     fn cut(&self, list: ListId) -> Cut<E> {
-        let model = self.model;
-        let real = |node: &NodeId| model.nodes[*node as usize].region.is_some();
-        let nodes: Vec<NodeId> = model.lists.get(list).iter().copied().filter(real).collect();
-        let mut cut = Cut { planes: vec![None; nodes.len() * nodes.len()], nodes };
-        for i in 0..cut.nodes.len() {
-            for j in i + 1..cut.nodes.len() {
-                let (a, b) = (cut.nodes[i], cut.nodes[j]);
-                let own = model.edges.binary_search(&[a, b]).ok().and_then(|edge| self.own[edge]);
-                let place = cut.place(i, j);
-                cut.planes[place] = match own {
-                    Some(own) => Some(own.plane(self.value(a), self.value(b))),
-                    None => Plane::bisector(self.value(a), self.value(b)),
-                };
-            }
-        }
-        cut
+        let own = |a, b| self.own[self.model.edges.binary_search(&[a, b]).ok()?];
+        Cut::with_planes(self.model, self.model.lists.get(list), own)
     }
 
     fn cost(&self, edge: usize, cuts: &[Cut<E>], pixels: &[Pixel<E>]) -> Cost {

@@ -5,14 +5,10 @@
 use super::problem::{Cell, Contest, NOBODY, Pair, Problem, TAPS, Weights};
 use rayon::prelude::*;
 
-pub(super) fn env(name: &str, default: f32) -> f32 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
-}
-
 /// Moves of all texels.
-const ROUNDS: usize = 80;
+const ROUNDS: usize = 100;
 /// How far a texel moves at first and at last, in value units.
-const STEP: [f32; 2] = [12.0, 0.3];
+const STEP: [f32; 2] = [24.0, 1.0];
 /// The margin at first and at last, in value units.
 const MARGIN: [f32; 2] = [4.0, 1.0];
 /// The pull grows no more where a pixel is this far short of its margin, in value units: those far
@@ -54,15 +50,12 @@ pub(super) fn fit_margins<const E: usize>(problem: &mut Problem<E>) {
     let mut steps = Steps::new(problem.texels.len());
     let mut pulls = vec![[0.0; E]; problem.taps.len()];
     let mut quiet = vec![Quiet { slack: -1.0, taps: [[0.0; E]; TAPS] }; problem.cells.len()];
-    let rounds = env("IT", 80.0) as usize;
-    let step = [env("LR0", STEP[0]), env("LR1", STEP[1])];
-    let margin = [env("M0", MARGIN[0]), env("M1", MARGIN[1])];
-    let limit = env("LIM", LIMIT);
-    for round in 0..rounds {
-        let between = |[from, to]: [f32; 2]| from + (to - from) * round as f32 / (rounds - 1) as f32;
-        let pull = Pull { margin: between(margin), limit };
+    for round in 0..ROUNDS {
+        let part = round as f32 / (ROUNDS - 1) as f32;
+        let between = |[from, to]: [f32; 2]| from + (to - from) * part;
+        let pull = Pull { margin: between(MARGIN), limit: LIMIT };
         sum_pulls(problem, pull, &mut quiet, &mut pulls);
-        steps.take(problem, &pulls, between(step));
+        steps.take(problem, &pulls, between(STEP));
     }
 }
 
@@ -84,6 +77,7 @@ fn sum_pulls<const E: usize>(
                     continue;
                 }
                 let slack = match problem.cells[cell].texel_log2 {
+                    0 => pull_cell::<1, E>(problem, cell, &at, pull, pulls),
                     1 => pull_cell::<2, E>(problem, cell, &at, pull, pulls),
                     2 => pull_cell::<4, E>(problem, cell, &at, pull, pulls),
                     3 => pull_cell::<8, E>(problem, cell, &at, pull, pulls),

@@ -1,25 +1,41 @@
 //! Texels from regions and their nodes' positions.
+//!
+//! [`start`] takes averages; [`fit`] moves all texels at once to where pixels fall on their own sides
+//! of the planes between nodes (a convex problem), and then one at a time to where fewest pixels are
+//! wrong; [`rescue`] sees to it that no region is lost.
 
 mod init;
 mod line;
 mod margin;
 mod problem;
+mod rescue;
 mod search;
 
 pub use init::start;
+pub use rescue::rescue;
 
 use crate::labels::Regions;
 use crate::model::Model;
+use problem::Problem;
 
-/// Fits.
+/// What a pixel of another region costs whatever its colour, as a part of black for white: two regions
+/// of one colour still have a boundary worth keeping.
+const LABEL_COST: f64 = 0.05;
+
+/// Fits the texels of a model, starting from what they are. Texels that blocks share stay equal;
+/// candidate lists, nodes and planes stay as they are.
+///
+/// An image may have either kernel, a volume the linear one.
 pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
-    let t0 = std::time::Instant::now();
-    let mut problem = problem::Problem::new(model, regions, 0.05);
-    eprintln!("{} cells, {} texels, {} pixels", problem.cells.len(), problem.texels.len(), problem.labels.len());
+    let mut problem = Problem::new(model, regions, LABEL_COST);
     margin::fit_margins(&mut problem);
-    let t = std::time::Instant::now();
-    if margin::env("ROUNDS", 8.0) > 0.0 { eprintln!("margin wall {:.2}", t0.elapsed().as_secs_f32()); }
-    search::search(&mut problem, margin::env("ROUNDS", 8.0) as usize);
-    eprintln!("search wall {:.2}", t.elapsed().as_secs_f32());
+    search::search(&mut problem);
+    problem.store(model);
+}
+
+/// The second half of [`fit`] alone: for texels that were fitted before and planes that are new.
+pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
+    let mut problem = Problem::new(model, regions, LABEL_COST);
+    search::search(&mut problem);
     problem.store(model);
 }

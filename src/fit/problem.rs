@@ -145,7 +145,7 @@ impl<const E: usize> Problem<E> {
             places: vec![Vec::new(); model.blocks.len()],
             weights: BTreeMap::new(),
         };
-        for texel_log2 in Model::<D, E>::TEXEL_LOG2 {
+        for texel_log2 in 0..=model.block_log2 {
             problem.add_level(model, regions, texel_log2);
         }
         problem.link();

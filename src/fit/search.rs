@@ -2,17 +2,20 @@
 //! wrong. Along a line through value space the error of a pixel changes only where its winner does,
 //! so one look at a texel's pixels tells the error after every step along the line at once.
 
-use super::line::{REACH, Steps, count_errors, note_changes};
+use super::line::{Steps, count_errors, note_changes};
 use super::problem::{Problem, TAPS};
 use rayon::prelude::*;
 
 /// Directions tried for one texel, its axes not counted.
-const DIRECTIONS: usize = 8;
+const DIRECTIONS: usize = 3;
 /// Two directions nearer than this (as a cosine) are one.
 const SAME: f32 = 0.98;
 
-/// Moves texels until none helps, or `rounds` times over all.
-pub(super) fn search<const E: usize>(problem: &mut Problem<E>, rounds: usize) {
+/// Looks at every texel, at most: more find next to nothing.
+const ROUNDS: usize = 3;
+
+/// Moves texels until none helps.
+pub(super) fn search<const E: usize>(problem: &mut Problem<E>) {
     for texel in &mut problem.texels {
         *texel = texel.map(|x| (x + 0.5).floor());
     }
@@ -23,7 +26,7 @@ pub(super) fn search<const E: usize>(problem: &mut Problem<E>, rounds: usize) {
         .collect();
     let mut restless = vec![true; problem.texels.len()];
     let colors = problem.colors.clone();
-    for _ in 0..rounds {
+    for _ in 0..ROUNDS {
         let mut any = false;
         for color in &colors {
             let moves: Vec<(u32, [f32; E])> = color
@@ -111,11 +114,11 @@ fn directions<const E: usize>(problem: &Problem<E>, texel: u32) -> Vec<[f32; E]>
     for &(cell, _) in problem.reach(texel) {
         let cell = &problem.cells[cell as usize];
         for pair in &problem.contests[cell.list as usize].pairs {
-            if found.len() == super::margin::env("DIRS", 8.0) as usize {
+            if found.len() == DIRECTIONS {
                 break;
             }
             let both = 1 << pair.i | 1 << pair.j;
-            if pair.cost == 0 || (cell.present & both == 0 || (super::margin::env("BOTH", 0.0) > 0.0 && cell.present & both != both)) {
+            if pair.cost == 0 || cell.present & both != both {
                 continue;
             }
             let cosine = |d: &[f32; E]| (0..E).map(|e| d[e] * pair.normal[e]).sum::<f32>().abs();
@@ -124,7 +127,7 @@ fn directions<const E: usize>(problem: &Problem<E>, texel: u32) -> Vec<[f32; E]>
             }
         }
     }
-    if found.len() > 1 && super::margin::env("AXES", 1.0) > 0.0 {
+    if found.len() != 1 {
         for e in 0..E {
             found.push(std::array::from_fn(|x| f32::from(u8::from(x == e))));
         }

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::grid;
 use crate::limits::Limits;
+use rayon::prelude::*;
 
 /// A picture of flat colours, or of labels. Pixels run with x fastest.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,8 +27,16 @@ impl<const D: usize> Source<D> {
     /// # Errors
     /// As [`Limits::check_size`]; [`Error::Usage`] where the pixels are not as many as `size` says.
     pub fn from_colors(size: [u32; D], colors: &[[u8; 4]], limits: &Limits) -> Result<Self> {
-        let class = |&c: &[u8; 4]| if c[3] == 0 { 0 } else { u32::from_le_bytes(c) };
-        Self::new(size, colors.iter().map(class).collect(), Meaning::Color, limits)
+        const CHUNK: usize = 1 << 16;
+        let mut classes = vec![0; colors.len()];
+        classes.par_chunks_mut(CHUNK).zip(colors.par_chunks(CHUNK)).for_each(
+            |(classes, colors)| {
+                for (class, &color) in classes.iter_mut().zip(colors) {
+                    *class = if color[3] == 0 { 0 } else { u32::from_le_bytes(color) };
+                }
+            },
+        );
+        Self::new(size, classes, Meaning::Color, limits)
     }
 
     /// A picture of labels. Label 0 is shown transparent, every other in a colour of its own.

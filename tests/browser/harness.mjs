@@ -96,6 +96,31 @@ export async function zoomTo(page, x, y, scale) {
   );
 }
 
+/**
+ * A mouse whose events carry times of its own, in milliseconds from its first: what depends on speed is then the same on a busy
+ * machine.
+ */
+export async function timedMouse(page) {
+  const session = await page.context().newCDPSession(page);
+  const start = Date.now();
+  const send = (type, buttons, clickCount) => (x, y, at, modifiers = 0) =>
+    session.send('Input.dispatchMouseEvent', {
+      type,
+      x,
+      y,
+      buttons,
+      button: clickCount || buttons ? 'left' : 'none',
+      clickCount,
+      modifiers,
+      timestamp: (start + at) / 1000,
+    });
+  return {
+    press: send('mousePressed', 1, 1),
+    drag: send('mouseMoved', 1, 0),
+    release: send('mouseReleased', 0, 1),
+  };
+}
+
 /** What the figure's own canvas holds. */
 export async function shot(page) {
   const base64 = await page.evaluate(async () => {

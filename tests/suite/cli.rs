@@ -179,6 +179,29 @@ fn every_png_kind_that_holds_flat_colours_or_labels_is_read() {
 }
 
 #[test]
+fn a_diagonal_line_is_one_region_where_corners_connect() {
+    let folder = Folder::new();
+    let out = folder.path("o.istar");
+    let mut data = vec![0; 16 * 16];
+    (0..16).for_each(|i| data[17 * i] = 255);
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 16, 16);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(&data).unwrap();
+    let png = folder.file("line.png", &bytes);
+    for (words, regions) in
+        [(&[][..], 18), (&["--connectivity", "4"], 18), (&["--connectivity", "8"], 2)]
+    {
+        let encode = ["encode", text(&png), "-o", text(&out), "--texel-size", "2", "--json"];
+        let report = json(&[&encode, words].concat());
+        assert_eq!(report["regions"], regions, "{words:?}");
+        assert!(succeed(&["verify", text(&out)]).contains("sound"));
+    }
+    let help = succeed(&["encode", "--help"]);
+    assert!(help.contains("--connectivity"), "{help}");
+}
+
+#[test]
 fn bad_pictures_give_one_line_and_no_file() {
     let folder = Folder::new();
     let out = folder.path("out.istar");
@@ -251,6 +274,7 @@ fn words_that_do_not_fit_end_with_2() {
         &["encode"],
         &["encode", "a.png"],
         &["encode", "a.png", "-o", "b", "--kernel", "cubic"],
+        &["encode", "a.png", "-o", "b", "--connectivity", "6"],
         &["decode", "a.istar", "-o", "b", "--width", "0"],
         &["render", "a.istar", "-o", "b", "--center", "1", "--scale", "1", "--size", "9x9"],
         &["render", "a.istar", "-o", "b", "--center", "1,1", "--scale", "-1", "--size", "9x9"],

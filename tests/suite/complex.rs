@@ -95,6 +95,30 @@ fn fixtures_have_the_counts_that_topology_says() {
 }
 
 #[test]
+fn connectivity_says_who_stands_around_a_crossing_and_who_passes() {
+    use Connectivity::{Face, Vertex};
+    // Connectivity, regions around the ghost, edges and faces of the dual, regions that pass, outer
+    // loops of the first region.
+    for (rows, how, around, edges, faces, passed, loops) in [
+        (["ab", "ca"], Face, &[0, 1, 2, 3][..], 8, 4, 0, 1),
+        (["ab", "ca"], Vertex, &[0, 1, 2], 5, 2, 1, 1),
+        (["ab", "ba"], Face, &[0, 1, 2, 3], 8, 4, 0, 1),
+        (["ab", "ba"], Vertex, &[0, 1], 3, 1, 0, 2),
+        (["ab", "cd"], Vertex, &[0, 1, 2, 3], 8, 4, 0, 1),
+    ] {
+        let regions = drawn(&rows, how);
+        let primal = Primal::new(&regions);
+        let nesting = Nesting::new(&primal, regions.classes.len(), how);
+        let dual = dual(&regions);
+        assert_eq!(dual.ghosts, [around], "{rows:?} {how:?}");
+        assert_eq!((dual.edges.len(), dual.faces.len()), (edges, faces), "{rows:?} {how:?}");
+        assert_eq!(nesting.passed(&primal), passed, "{rows:?} {how:?}");
+        assert_eq!(nesting.of_region(0).len(), loops, "{rows:?} {how:?}");
+        assert_eq!(check_image(&regions, how), Ok(()), "{rows:?} {how:?}");
+    }
+}
+
+#[test]
 fn each_of_twenty_rings_lies_in_the_next() {
     let topology = Topology::new(&rings(20), Connectivity::Face);
     assert_eq!(topology.parent(0), None);

@@ -11,5 +11,6 @@ mod encode;
 mod fixtures;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod lost;
 mod planes;
 mod shaders;

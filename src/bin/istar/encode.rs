@@ -2,6 +2,7 @@
 
 use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
+use istar::labels::Connectivity;
 use istar::{EncodeOptions, Gamma, Image, Kernel, container};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -34,6 +35,9 @@ struct Options {
     /// Decoding function
     #[arg(long, value_enum, default_value_t = GammaName::Voronoi)]
     gamma: GammaName,
+    /// How many neighbours of a pixel may belong to its region
+    #[arg(long, value_enum, default_value_t = ConnectivityName::Four)]
+    connectivity: ConnectivityName,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -52,6 +56,16 @@ enum GammaName {
     Planes,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum ConnectivityName {
+    /// Those that share a side with it
+    #[value(name = "4")]
+    Four,
+    /// Those at its corners too: a line that steps diagonally stays one region
+    #[value(name = "8")]
+    Eight,
+}
+
 pub fn run(args: &Args) -> Outcome {
     let options = EncodeOptions {
         texel_size: args.options.texel_size,
@@ -62,6 +76,10 @@ pub fn run(args: &Args) -> Outcome {
         gamma: match args.options.gamma {
             GammaName::Voronoi => Gamma::Voronoi,
             GammaName::Planes => Gamma::Planes,
+        },
+        connectivity: match args.options.connectivity {
+            ConnectivityName::Four => Connectivity::Face,
+            ConnectivityName::Eight => Connectivity::Vertex,
         },
         ..EncodeOptions::default()
     };

@@ -1,0 +1,327 @@
+//! No region is lost: where one is seen at no pixel, the texels around its best pixel are pushed until
+//! it is.
+
+use crate::embed::Cut;
+use crate::gamma::{Value, dot};
+use crate::grid::{self, Point};
+use crate::labels::Regions;
+use crate::model::{Block, InCell, Located, Model, NodeId, RegionId};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+/// By how much a rescued region wins its pixel, in value units: more than rounding a texel costs.
+const MARGIN: f64 = 2.0;
+/// Rounds in which regions may take each other's last pixel, so that pushes that fight settle where
+/// all hold, as long as each leaves no more than this part of the one before …
+const FREE_ROUNDS: u32 = 16;
+const PROGRESS: f64 = 0.8;
+/// … and rounds after them, in which a push that loses as many regions as it finds is taken back.
+const CAREFUL_ROUNDS: u32 = 2;
+/// Pixels of a lost region that are looked at.
+const LOOKS: usize = 256;
+/// Projections onto a node's wedge; they end earlier where it is reached.
+const PROJECTIONS: usize = 64;
+/// Bytes are rounded and bounded: the push is made again this often until the pixel is won.
+const PUSHES: usize = 4;
+
+/// Makes every region seen at the middle of at least one pixel, if it has as many pixels as a texel
+/// where most of it lies (with texels of up to 2 pixels: any region), by changing texels as little as
+/// it takes. Texels that blocks share stay equal.
+///
+/// Returns, for each region for which that was not enough, the pixel where least is missing: there
+/// finer texels are due.
+pub fn rescue<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    regions: &Regions<D>,
+) -> Vec<[u32; D]> {
+    let mut rescuer = Rescuer::new(model, regions);
+    let mut lost = rescuer.lost();
+    let (mut free, mut careful) = (FREE_ROUNDS, CAREFUL_ROUNDS);
+    while !lost.is_empty() && careful > 0 {
+        for (&region, pixels) in &lost {
+            // A push for another one may have found it.
+            if rescuer.seen[region as usize] == 0 {
+                rescuer.find(region, pixels, free == 0);
+            }
+        }
+        let before = lost.len();
+        lost = rescuer.lost();
+        if free == 0 {
+            careful -= 1;
+        } else if lost.len() as f64 > PROGRESS * before as f64 {
+            free = 0;
+        } else {
+            free -= 1;
+        }
+    }
+    lost.iter().filter_map(|(&region, pixels)| rescuer.easiest(region, pixels)).collect()
+}
+
+/// The region decoded at the middle of every pixel of a model, and what is done about those that are
+/// at none.
+struct Rescuer<'a, const D: usize, const E: usize> {
+    model: &'a mut Model<D, E>,
+    /// γ of each list that was asked for.
+    cuts: Vec<OnceLock<Cut<E>>>,
+    regions: &'a Regions<D>,
+    /// Pixels of each region in the source.
+    pixels: Vec<u32>,
+    /// The region that is decoded at each pixel.
+    decoded: Vec<RegionId>,
+    /// Pixels at which each region is decoded.
+    seen: Vec<u32>,
+}
+
+/// The texel size and whereabouts of a cell, counted over the whole picture.
+#[derive(Clone, Copy)]
+struct Place<const D: usize> {
+    texel_log2: u8,
+    cell: [u32; D],
+}
+
+impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
+    fn new(model: &'a mut Model<D, E>, regions: &'a Regions<D>) -> Self {
+        let cuts: Vec<OnceLock<Cut<E>>> = (0..model.lists.len()).map(|_| OnceLock::new()).collect();
+        let picture = &*model;
+        let decoded: Vec<RegionId> = (0..regions.labels.len())
+            .into_par_iter()
+            .with_min_len(4096)
+            .map(|pixel| decode(picture, &cuts, grid::place(picture.size, pixel)))
+            .collect();
+        let mut seen = vec![0; regions.classes.len()];
+        decoded.iter().for_each(|&region| seen[region as usize] += 1);
+        let mut pixels = vec![0; regions.classes.len()];
+        regions.labels.iter().for_each(|&region| pixels[region as usize] += 1);
+        Rescuer { model, cuts, regions, pixels, decoded, seen }
+    }
+
+    /// The regions that should be seen and are not, with some of their pixels.
+    fn lost(&self) -> BTreeMap<RegionId, Vec<usize>> {
+        let mut lost: BTreeMap<RegionId, Vec<usize>> = BTreeMap::new();
+        if !self.seen.contains(&0) {
+            return lost;
+        }
+        for (pixel, &region) in self.regions.labels.iter().enumerate() {
+            if self.seen[region as usize] == 0 {
+                lost.entry(region).or_default().push(pixel);
+            }
+        }
+        lost.retain(|&region, pixels| {
+            let many = |(_, texel_log2): (usize, u8)| {
+                texel_log2 <= 1 || self.pixels[region as usize] >> (D as u8 * texel_log2) > 0
+            };
+            self.home(pixels).is_some_and(many)
+        });
+        lost
+    }
+
+    /// The block that holds most of `pixels`, the first of several, and its texels' size.
+    fn home(&self, pixels: &[usize]) -> Option<(usize, u8)> {
+        let mut shares: BTreeMap<usize, u32> = BTreeMap::new();
+        for &pixel in pixels {
+            let block = grid::place(self.model.size, pixel).map(|at| at >> self.model.block_log2);
+            *shares.entry(grid::index(self.model.block_grid(), block)).or_default() += 1;
+        }
+        let (block, _) = shares.into_iter().rev().max_by_key(|&(_, share)| share)?;
+        match &self.model.blocks[block] {
+            Block::Cells(cells) => Some((block, cells.texel_log2)),
+            Block::Solid(_) => None,
+        }
+    }
+
+    /// Pushes texels until the region is seen at that of its pixels where it takes least. If
+    /// `careful`, all is left as it was unless more regions are found than lost.
+    fn find(&mut self, region: RegionId, pixels: &[usize], careful: bool) {
+        let Some(at) = self.easiest(region, pixels) else { return };
+        let Some(place) = self.place(at) else { return };
+        let before = careful.then(|| self.texels(place));
+        for _ in 0..PUSHES {
+            match self.push(region, at) {
+                Some(push) if dot(push, push) > 0.0 => self.apply(place, at, push),
+                _ => break,
+            }
+        }
+        let balance = self.decode_around(place);
+        if let (Some(before), true) = (before, balance <= 0) {
+            for (block, texel, value) in before {
+                self.set(block, texel, value);
+            }
+            self.decode_around(place);
+        }
+    }
+
+    /// That of `pixels` where the value must move least for the region to win.
+    fn easiest(&self, region: RegionId, pixels: &[usize]) -> Option<[u32; D]> {
+        let ask = |&pixel: &usize| {
+            let at = grid::place(self.model.size, pixel);
+            let push = self.push(region, at)?;
+            Some((dot(push, push), at))
+        };
+        let asked = pixels.iter().step_by(pixels.len().div_ceil(LOOKS)).filter_map(ask);
+        Some(asked.min_by(|a, b| a.0.total_cmp(&b.0))?.1)
+    }
+
+    /// The cell of a pixel.
+    fn place(&self, at: [u32; D]) -> Option<Place<D>> {
+        match self.model.locate(&middle(at)) {
+            Located::Cell(InCell { cells, .. }) => {
+                let texel_log2 = cells.texel_log2;
+                Some(Place { texel_log2, cell: at.map(|along| along >> texel_log2) })
+            }
+            _ => None,
+        }
+    }
+
+    /// How the value at the middle of a pixel must move for the region to win there: about the shortest
+    /// way into its node's wedge, from one plane to the next. `None` where the region is not listed.
+    fn push(&self, region: RegionId, at: [u32; D]) -> Option<Value<E>> {
+        let Located::Cell(cell) = self.model.locate(&middle(at)) else { return None };
+        let list = self.model.candidates(cell.cells, cell.cell);
+        let of = |node: NodeId| self.model.nodes[node as usize].region;
+        let own = list.iter().copied().find(|&node| of(node) == Some(region))?;
+        let others = list.iter().filter(|&&node| of(node).is_some_and(|other| other != region));
+        let planes: Vec<_> = others.filter_map(|&other| self.model.plane(own, other)).collect();
+        let (value, _) = self.model.interpolate(&cell);
+        let mut v = value;
+        for _ in 0..PROJECTIONS {
+            let short = |p: f64| MARGIN - p;
+            let worst = planes.iter().map(|plane| (short(plane.at(v)), plane));
+            let Some((by, plane)) = worst.max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+            if by <= 0.0 {
+                break;
+            }
+            for e in 0..E {
+                // A little farther: the next projection may come back.
+                v[e] = (v[e] + 1.05 * by * plane.normal[e]).clamp(0.0, 255.0);
+            }
+        }
+        Some(std::array::from_fn(|e| v[e] - value[e]))
+    }
+
+    /// Changes the texels that reach a pixel so that the value at its middle moves by `push`: each by
+    /// its weight, which is the least change of all together.
+    fn apply(&mut self, place: Place<D>, at: [u32; D], push: Value<E>) {
+        let kernel = self.model.kernel;
+        let texel_size = f64::from(1u32 << place.texel_log2);
+        let weights = at.map(|along| {
+            let within = along & ((1u32 << place.texel_log2) - 1);
+            kernel.weights((f64::from(within) + 0.5) / texel_size)
+        });
+        let taps = || grid::places([kernel.taps() as u32; D]);
+        let weight = |tap: [u32; D]| -> f64 {
+            (0..D).map(|axis| weights[axis][tap[axis] as usize]).product()
+        };
+        let squares: f64 = taps().map(|tap| weight(tap).powi(2)).sum();
+        for tap in taps() {
+            let texel = std::array::from_fn(|axis| place.cell[axis] + tap[axis]);
+            let share = weight(tap) / squares;
+            for (block, index) in self.copies(place.texel_log2, texel) {
+                let Block::Cells(cells) = &self.model.blocks[block] else { continue };
+                let old = cells.texels[index];
+                let new = std::array::from_fn(|e| {
+                    (f64::from(old[e]) + share * push[e]).round().clamp(0.0, 255.0) as u8
+                });
+                self.set(block, index, new);
+            }
+        }
+    }
+
+    fn set(&mut self, block: usize, texel: usize, value: [u8; E]) {
+        if let Block::Cells(cells) = &mut self.model.blocks[block] {
+            cells.texels[texel] = value;
+        }
+    }
+
+    /// The texels that reach a cell, with their values.
+    fn texels(&self, place: Place<D>) -> Vec<(usize, usize, [u8; E])> {
+        let mut texels = Vec::new();
+        for tap in grid::places([self.model.kernel.taps() as u32; D]) {
+            let texel = std::array::from_fn(|axis| place.cell[axis] + tap[axis]);
+            for (block, index) in self.copies(place.texel_log2, texel) {
+                if let Block::Cells(cells) = &self.model.blocks[block] {
+                    texels.push((block, index, cells.texels[index]));
+                }
+            }
+        }
+        texels
+    }
+
+    /// Every block with texels of that size that has the texel, and its index there. `texel` counts
+    /// over the whole picture, the ring before the first block included.
+    fn copies(&self, texel_log2: u8, texel: [u32; D]) -> Vec<(usize, usize)> {
+        let cells_log2 = self.model.block_log2 - texel_log2;
+        let texels = self.model.texel_grid(texel_log2);
+        let block_grid = self.model.block_grid();
+        let mut copies = Vec::new();
+        // A texel lies in the block of its cell, or on the ring of one before it: that may be two
+        // blocks away where each is a single cell.
+        for back in grid::places([3; D]) {
+            let mut block = [0; D];
+            let mut local = [0; D];
+            let inside = (0..D).all(|axis| {
+                let along = i64::from(texel[axis] >> cells_log2) - i64::from(back[axis]);
+                block[axis] = along as u32;
+                local[axis] = (i64::from(texel[axis]) - (along << cells_log2)) as u32;
+                (0..i64::from(block_grid[axis])).contains(&along) && local[axis] < texels[axis]
+            });
+            if inside {
+                let block = grid::index(block_grid, block);
+                if matches!(&self.model.blocks[block], Block::Cells(c) if c.texel_log2 == texel_log2)
+                {
+                    copies.push((block, grid::index(texels, local)));
+                }
+            }
+        }
+        copies
+    }
+
+    /// Decodes again what the texels of a cell reach. Returns how many more regions are found than lost.
+    fn decode_around(&mut self, place: Place<D>) -> i64 {
+        let reach = self.model.kernel.taps() as u32 - 1;
+        let size = self.model.size;
+        let from = place.cell.map(|cell| cell.saturating_sub(reach) << place.texel_log2);
+        let to: [u32; D] = std::array::from_fn(|axis| {
+            ((place.cell[axis] + reach + 1) << place.texel_log2).min(size[axis])
+        });
+        let extent: [u32; D] = std::array::from_fn(|axis| to[axis] - from[axis]);
+        let mut balance = 0;
+        for place in grid::places(extent) {
+            let at: [u32; D] = std::array::from_fn(|axis| from[axis] + place[axis]);
+            let region = decode(self.model, &self.cuts, at);
+            let pixel = grid::index(size, at);
+            let known = std::mem::replace(&mut self.decoded[pixel], region);
+            if known != region {
+                self.seen[known as usize] -= 1;
+                balance -= i64::from(self.seen[known as usize] == 0);
+                balance += i64::from(self.seen[region as usize] == 0);
+                self.seen[region as usize] += 1;
+            }
+        }
+        balance
+    }
+}
+
+fn middle<const D: usize>(at: [u32; D]) -> Point<D> {
+    Point { whole: at.map(i64::from), frac: [0.5; D] }
+}
+
+/// The region at the middle of a pixel of the picture.
+fn decode<const D: usize, const E: usize>(
+    model: &Model<D, E>,
+    cuts: &[OnceLock<Cut<E>>],
+    at: [u32; D],
+) -> RegionId {
+    let node = match model.locate(&middle(at)) {
+        Located::Outside => None,
+        Located::Solid(node) => Some(node),
+        Located::Cell(cell) => {
+            let list =
+                cell.cells.lists[grid::index(model.cell_grid(cell.cells.texel_log2), cell.cell)];
+            let cut = cuts[list as usize].get_or_init(|| Cut::new(model, model.lists.get(list)));
+            cut.winner(model.interpolate(&cell).0)
+        }
+    };
+    // Every list holds a node that can win.
+    node.and_then(|node| model.nodes[node as usize].region).unwrap_or_default()
+}

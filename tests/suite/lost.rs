@@ -1,0 +1,63 @@
+//! No region is lost that has as many pixels as a texel, and none at all with the finest texels.
+
+use crate::fixtures::{self, stress};
+use istar::labels::{Regions, Source, components};
+use istar::{EncodeOptions, Gamma, Image, Kernel, Limits};
+
+/// Regions of `image` that are seen at no pixel, by their pixels in the source.
+fn lost(image: &Image, source: &Source<2>) -> Vec<u32> {
+    let regions: Regions<2> = components(source, Default::default(), &Limits::default()).unwrap();
+    let mut pixels = vec![0; regions.classes.len()];
+    regions.labels.iter().for_each(|&region| pixels[region as usize] += 1);
+    let mut seen = vec![false; pixels.len()];
+    istar::decode_regions(image).into_iter().flatten().for_each(|r| seen[r as usize] = true);
+    (0..pixels.len()).filter(|&region| !seen[region]).map(|region| pixels[region]).collect()
+}
+
+fn assert_none_lost(name: &str, source: &Source<2>, texel_sizes: &[u32], kernel: Kernel) {
+    for &texel_size in texel_sizes {
+        for gamma in [Gamma::Voronoi, Gamma::Planes] {
+            let options = EncodeOptions { texel_size, gamma, kernel, ..EncodeOptions::default() };
+            let image = istar::encode(source, &options, |_| ()).unwrap();
+            let most = lost(&image, source).into_iter().max().unwrap_or(0);
+            let allowed = if texel_size <= 2 { 0 } else { texel_size * texel_size - 1 };
+            assert!(most <= allowed, "{name}, texel size {texel_size}, {gamma:?}: {most} pixels");
+            assert_eq!(istar::embed::model_violations(&image), 0, "{name} {texel_size} {gamma:?}");
+        }
+    }
+}
+
+#[test]
+fn stress_pictures_lose_no_region() {
+    for (name, source) in [
+        ("rings", stress::rings(150, 5.0)),
+        ("comb", stress::comb(100, 5)),
+        ("checkerboard", stress::checkerboard(24)),
+        ("star", stress::star(128, 16)),
+        ("voronoi", stress::voronoi(96, 400)),
+    ] {
+        assert_none_lost(name, &source, &[2, 8, 32], Kernel::Quadratic);
+    }
+}
+
+#[test]
+fn the_linear_kernel_loses_none_either() {
+    assert_none_lost("rings", &stress::rings(70, 3.0), &[2, 16], Kernel::Linear);
+    assert_none_lost("checkerboard", &stress::checkerboard(16), &[2, 64], Kernel::Linear);
+}
+
+#[test]
+fn specks_are_seen_with_texels_of_two_pixels() {
+    // One pixel each, alone on a large ground: plain averages drown every one of them.
+    let source = fixtures::painted([200, 130], |x, y| 1 + u32::from(x % 9 == 4 && y % 7 == 3));
+    assert_none_lost("specks", &source, &[2], Kernel::Quadratic);
+}
+
+#[test]
+fn what_is_lost_is_counted() {
+    let source = fixtures::painted([200, 130], |x, y| 1 + u32::from(x % 40 == 4 && y % 40 == 3));
+    let image = fixtures::encoded(&source, 32, Kernel::Quadratic);
+    let comparison = istar::compare(&image, &source).unwrap();
+    assert_eq!(comparison.lost_regions, lost(&image, &source).len());
+    assert_eq!(comparison.lost_regions, 20, "all specks are far smaller than a texel");
+}
