@@ -142,7 +142,8 @@ fn each_row<'a, const E: usize>(
     }
     for border in problem.borders(info) {
         let of_side = &weights.borders[border.axis as usize][border.side as usize];
-        let rows = problem.allowed[border.samples..border.samples + border.count].chunks_exact(width);
+        let rows =
+            problem.allowed[border.samples..border.samples + border.count].chunks_exact(width);
         for (allowed, across) in rows.zip(&of_side.across) {
             look(across, border.axis == 0, Row::Border(allowed));
         }
@@ -409,11 +410,7 @@ fn note_nearest(
 
 /// Notes the steps at which one sample's `winner` changes, as far as probes show.
 #[inline]
-fn note_deepest(
-    winner: impl Fn(i32) -> usize,
-    cost: impl Fn(usize) -> i64,
-    steps: &mut Steps,
-) {
+fn note_deepest(winner: impl Fn(i32) -> usize, cost: impl Fn(usize) -> i64, steps: &mut Steps) {
     let mut before = (-REACH, winner(-REACH));
     for step in [-32, -16, -8, -4, -1, 0, 1, 4, 8, 16, 32, REACH] {
         let after = (step, winner(step));

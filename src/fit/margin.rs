@@ -2,7 +2,7 @@
 //! it from another candidate, and by a margin. Values are linear in the texels and planes are linear
 //! in values, so the hinge max(0, m − p) is convex in the texels, and all of them move at once.
 
-use super::problem::{Cell, Contest, NOBODY, Pair, Problem, TAPS, Weights};
+use super::problem::{Cell, Contest, Pair, Problem, TAPS, Weights};
 use rayon::prelude::*;
 
 /// Moves of all texels.
@@ -10,7 +10,7 @@ const ROUNDS: usize = 100;
 /// How far a texel moves at first and at last, in value units.
 const STEP: [f32; 2] = [24.0, 1.0];
 /// The margin at first and at last, in value units.
-const MARGIN: [f32; 2] = [4.0, 1.0];
+const MARGIN: [f32; 2] = [2.0, 1.0];
 /// The pull grows no more where a pixel is this far short of its margin, in value units: those far
 /// on the wrong side count about as many as they are, not as far as they are.
 const LIMIT: f32 = 1.0;
@@ -93,9 +93,8 @@ fn sum_pulls<const E: usize>(
 
 /// How far a value can have moved at most.
 fn farthest<const E: usize>(now: &[[f32; E]; TAPS], then: &[[f32; E]; TAPS]) -> f32 {
-    let squared = |(a, b): (&[f32; E], &[f32; E])| {
-        (0..E).map(|e| (a[e] - b[e]) * (a[e] - b[e])).sum::<f32>()
-    };
+    let squared =
+        |(a, b): (&[f32; E], &[f32; E])| (0..E).map(|e| (a[e] - b[e]) * (a[e] - b[e])).sum::<f32>();
     now.iter().zip(then).map(squared).fold(0.0, f32::max).sqrt()
 }
 
@@ -203,8 +202,7 @@ fn pull_borders<const T: usize, const E: usize>(
     field: &mut Field<'_, T>,
     pull: Pull,
 ) {
-    let pull =
-        Pull { margin: pull.margin.max(BORDER_MARGIN), limit: BORDER_LIMIT };
+    let pull = Pull { margin: pull.margin.max(BORDER_MARGIN), limit: BORDER_LIMIT };
     let (i, j) = (1u16 << pair.i, 1u16 << pair.j);
     for border in problem.borders(info) {
         let is_asked = |allowed: u16| (allowed & i == 0) != (allowed & j == 0);
@@ -217,8 +215,13 @@ fn pull_borders<const T: usize, const E: usize>(
         let of_side = &weights.borders[border.axis as usize][border.side as usize];
         let swaps = border.axis == 0;
         let at = if swaps { swapped(&field.at, field.along_taps) } else { field.at };
-        let mut own =
-            Field { along_taps: field.along_taps, along: field.along, at, up: [0.0; TAPS], slack: field.slack };
+        let mut own = Field {
+            along_taps: field.along_taps,
+            along: field.along,
+            at,
+            up: [0.0; TAPS],
+            slack: field.slack,
+        };
         for ((allowed, wanted), across) in rows.zip(&of_side.across) {
             let mut sides = [0.0f32; T];
             for x in 0..T {

@@ -47,8 +47,6 @@ pub(super) struct Pair<const E: usize> {
     pub offset: f32,
     /// What it costs to take one for the other.
     pub cost: u32,
-    /// How far apart the two nodes are, in value units.
-    pub apart: f32,
 }
 
 /// A candidate list as the fit sees it.
@@ -171,9 +169,8 @@ impl<const E: usize> Problem<E> {
         let texel_grid = model.texel_grid(texel_log2);
         let block_grid = model.block_grid();
         // All texels of this size that the picture could have.
-        let all: [u32; D] = std::array::from_fn(|axis| {
-            block_grid[axis] * cell_grid[axis] + self.kernel.texels(0)
-        });
+        let all: [u32; D] =
+            std::array::from_fn(|axis| block_grid[axis] * cell_grid[axis] + self.kernel.texels(0));
         let mut numbers = vec![u32::MAX; grid::count(all)];
         for (i, block) in model.blocks.iter().enumerate() {
             let Block::Cells(cells) = block else { continue };
@@ -223,9 +220,7 @@ impl<const E: usize> Problem<E> {
             let mut last = (u32::MAX, NOBODY);
             for place in grid::places([texel_size; D]) {
                 let pixel: [u32; D] = std::array::from_fn(|axis| {
-                    (at[axis] << model.block_log2)
-                        + (cell[axis] << cells.texel_log2)
-                        + place[axis]
+                    (at[axis] << model.block_log2) + (cell[axis] << cells.texel_log2) + place[axis]
                 });
                 if (0..D).any(|axis| pixel[axis] >= model.size[axis]) {
                     self.labels.push(NOBODY);
@@ -287,10 +282,14 @@ impl<const E: usize> Problem<E> {
                     let label = self.labels[pixels + pixel as usize];
                     let inside = label != NOBODY;
                     // Beyond the other side: its list, or its node.
-                    let (other_list, node) = match model.locate(&grid::Point { whole: other, frac: [0.0; D] }) {
-                        Located::Cell(there) => {
-                            (there.cells.lists[grid::index(model.cell_grid(there.cells.texel_log2), there.cell)], NodeId::MAX)
-                        }
+                    let (other_list, node) = match model
+                        .locate(&grid::Point { whole: other, frac: [0.0; D] })
+                    {
+                        Located::Cell(there) => (
+                            there.cells.lists
+                                [grid::index(model.cell_grid(there.cells.texel_log2), there.cell)],
+                            NodeId::MAX,
+                        ),
                         Located::Solid(node) => (ListId::MAX, node),
                         Located::Outside => (list, NodeId::MAX),
                     };
@@ -300,7 +299,8 @@ impl<const E: usize> Problem<E> {
                         continue;
                     }
                     if (other_list, node) != (last.0, last.1) || last.2 == 0 {
-                        let theirs: &[NodeId] = if node == NodeId::MAX { model.lists.get(other_list) } else { &[node] };
+                        let theirs: &[NodeId] =
+                            if node == NodeId::MAX { model.lists.get(other_list) } else { &[node] };
                         let mut mask = 0;
                         for (i, node) in nodes.iter().enumerate() {
                             mask |= u16::from(theirs.binary_search(node).is_ok()) << i;
@@ -408,11 +408,9 @@ fn contest<const D: usize, const E: usize>(
         for (j, &b) in nodes.iter().enumerate().skip(i + 1) {
             is_voronoi &= model.edge_plane(a, b).is_none();
             let Some(plane) = model.plane(a, b) else { continue };
-            let (x, y) = (position(a), position(b));
-            let apart = (0..E).map(|e| (x[e] - y[e]) * (x[e] - y[e])).sum::<f32>().sqrt();
             let (i, j) = (i as u8, j as u8);
             let normal = plane.normal.map(|x| x as f32);
-            pairs.push(Pair { i, j, normal, offset: plane.offset as f32, cost: cost(a, b), apart });
+            pairs.push(Pair { i, j, normal, offset: plane.offset as f32, cost: cost(a, b) });
         }
     }
     let costs = nodes.iter().flat_map(|&a| nodes.iter().map(move |&b| cost(a, b))).collect();

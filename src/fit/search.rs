@@ -67,11 +67,7 @@ pub(super) fn search<const E: usize>(problem: &mut Problem<E>) {
 }
 
 /// Where a texel should go, if anywhere.
-fn better<const E: usize>(
-    problem: &Problem<E>,
-    errors: &[i64],
-    texel: u32,
-) -> Option<[f32; E]> {
+fn better<const E: usize>(problem: &Problem<E>, errors: &[i64], texel: u32) -> Option<[f32; E]> {
     let reach = problem.reach(texel);
     let now: i64 = reach.iter().map(|&(cell, _)| errors[cell as usize]).sum();
     if now == 0 {
