@@ -97,9 +97,6 @@ fn depths<const E: usize>(contest: &Contest<E>, taps: &[[f32; E]; TAPS]) -> Vec<
     contest.pairs.iter().map(|pair| Scalar(taps.map(|tap| p(tap, pair)))).collect()
 }
 
-/// What a seam costs at one sample of a border.
-pub(super) const SEAM: i64 = 1 << 17;
-
 /// Samples in a row, and what should come out.
 enum Row<'a> {
     Pixels(&'a [u8]),
@@ -117,12 +114,18 @@ impl Row<'_> {
     }
 
     #[inline]
-    fn cost<const E: usize>(&self, contest: &Contest<E>, x: usize, winner: usize) -> i64 {
+    fn cost<const E: usize>(
+        &self,
+        problem: &Problem<E>,
+        contest: &Contest<E>,
+        x: usize,
+        winner: usize,
+    ) -> i64 {
         match self {
             Row::Pixels(labels) => {
                 i64::from(contest.costs[labels[x] as usize * contest.nodes.len() + winner])
             }
-            Row::Border(allowed) => SEAM * i64::from(allowed[x] >> winner & 1 ^ 1),
+            Row::Border(allowed) => problem.seam_cost * i64::from(allowed[x] >> winner & 1 ^ 1),
         }
     }
 }
@@ -209,7 +212,7 @@ pub(super) fn count_errors<const E: usize>(
                 Row::Border(allowed) => {
                     for (x, &allowed) in allowed.iter().enumerate() {
                         let winner = u16::from(at(weights, line, x) < 0.0);
-                        sum += SEAM * i64::from(allowed == 2 >> winner);
+                        sum += problem.seam_cost * i64::from(allowed == 2 >> winner);
                     }
                 }
             }
@@ -239,7 +242,7 @@ pub(super) fn count_errors<const E: usize>(
             } else {
                 deepest(contest, |k| at(weights, lines[k], x))
             };
-            sum += row.cost(contest, x, winner);
+            sum += row.cost(problem, contest, x, winner);
         }
     });
     sum
@@ -312,7 +315,7 @@ pub(super) fn note_changes<const E: usize>(
                             (labels[x] == 0, i64::from(pair.cost))
                         }
                         Row::Border(allowed) if allowed[x] == 1 || allowed[x] == 2 => {
-                            (allowed[x] == 1, SEAM)
+                            (allowed[x] == 1, problem.seam_cost)
                         }
                         _ => continue,
                     };
@@ -346,7 +349,7 @@ pub(super) fn note_changes<const E: usize>(
             if by * reach < 1e-3 || !row.matters(x) {
                 continue;
             }
-            let cost = |winner: usize| row.cost(contest, x, winner);
+            let cost = |winner: usize| row.cost(problem, contest, x, winner);
             if contest.is_voronoi {
                 let near: [f32; MAX_CANDIDATES] = std::array::from_fn(|i| match i < count {
                     true => at(weights, lines[i], x),

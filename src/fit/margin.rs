@@ -283,7 +283,7 @@ impl<const E: usize> Steps<E> {
             let scale = length / square.sqrt();
             for e in 0..E {
                 mean[e] = INERTIA * mean[e] + (1.0 - INERTIA) * pull[e];
-                texel[e] = (texel[e] + scale * mean[e]).max(0.0).min(255.0);
+                texel[e] = (texel[e] + scale * mean[e]).clamp(0.0, 255.0);
             }
         };
         texels

@@ -30,6 +30,7 @@ pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Re
     let mut problem = Problem::new(model, regions, LABEL_COST);
     margin::fit_margins(&mut problem);
     search::search(&mut problem);
+    search::close(&mut problem);
     problem.store(model);
 }
 
@@ -37,5 +38,6 @@ pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Re
 pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
     let mut problem = Problem::new(model, regions, LABEL_COST);
     search::search(&mut problem);
+    search::close(&mut problem);
     problem.store(model);
 }

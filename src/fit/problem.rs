@@ -15,6 +15,9 @@ pub(super) const NOBODY: u8 = u8::MAX;
 /// Most taps of a cell that can be fitted: three along each of two axes, two along each of three.
 pub(super) const TAPS: usize = 9;
 
+/// What a seam costs at first: two pixels of black for white.
+const SEAM_COST: i64 = 1 << 17;
+
 /// A cell that is not solid.
 pub(super) struct Cell {
     pub list: ListId,
@@ -79,6 +82,8 @@ pub(super) struct Problem<const E: usize> {
     /// For each sample, those of them that are pulled up against those that must not win: the region
     /// that is there, or the only one there can be.
     pub wanted: Vec<u16>,
+    /// What a seam costs at one sample of a border; black for white is 65536.
+    pub seam_cost: i64,
     /// By list; empty for solid ones.
     pub contests: Vec<Contest<E>>,
     /// The texels.
@@ -135,6 +140,7 @@ impl<const E: usize> Problem<E> {
             borders: Vec::new(),
             allowed: Vec::new(),
             wanted: Vec::new(),
+            seam_cost: SEAM_COST,
             contests,
             texels: Vec::new(),
             colors: vec![Vec::new(); model.kernel.taps().pow(D as u32)],
@@ -157,10 +163,7 @@ impl<const E: usize> Problem<E> {
         regions: &Regions<D>,
         texel_log2: u8,
     ) {
-        let of_level = |block: &Block<E>| match block {
-            Block::Cells(cells) if cells.texel_log2 == texel_log2 => true,
-            _ => false,
-        };
+        let of_level = |block: &Block<E>| matches!(block, Block::Cells(cells) if cells.texel_log2 == texel_log2);
         if !model.blocks.iter().any(of_level) {
             return;
         }

@@ -14,8 +14,32 @@ const SAME: f32 = 0.98;
 /// Looks at every texel, at most: more find next to nothing.
 const ROUNDS: usize = 3;
 
+/// What a seam costs at last: more than all pixels that a texel reaches.
+const CLOSING_COST: i64 = 1 << 40;
+
 /// Moves texels until none helps.
 pub(super) fn search<const E: usize>(problem: &mut Problem<E>) {
+    let restless = vec![true; problem.texels.len()];
+    search_from(problem, restless);
+}
+
+/// Moves texels around what seams are left until none is, whatever pixels it costs, as far as single
+/// texels can.
+pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
+    problem.seam_cost = CLOSING_COST;
+    let seams: Vec<usize> = (0..problem.cells.len())
+        .into_par_iter()
+        .with_min_len(64)
+        .filter(|&cell| count_errors(problem, cell, &problem.taps_at(cell)) >= CLOSING_COST)
+        .collect();
+    let mut restless = vec![false; problem.texels.len()];
+    for cell in seams {
+        problem.taps(cell).iter().for_each(|&texel| restless[texel as usize] = true);
+    }
+    search_from(problem, restless);
+}
+
+fn search_from<const E: usize>(problem: &mut Problem<E>, mut restless: Vec<bool>) {
     for texel in &mut problem.texels {
         *texel = texel.map(|x| (x + 0.5).floor());
     }
@@ -24,7 +48,6 @@ pub(super) fn search<const E: usize>(problem: &mut Problem<E>) {
         .with_min_len(64)
         .map(|cell| count_errors(problem, cell, &problem.taps_at(cell)))
         .collect();
-    let mut restless = vec![true; problem.texels.len()];
     let colors = problem.colors.clone();
     for _ in 0..ROUNDS {
         let mut any = false;
@@ -82,7 +105,7 @@ fn better<const E: usize>(problem: &Problem<E>, errors: &[i64], texel: u32) -> O
         }
         let Some((step, gain)) = steps.best() else { continue };
         let to: [f32; E] = std::array::from_fn(|e| {
-            (at[e] + step as f32 * direction[e] + 0.5).floor().max(0.0).min(255.0)
+            (at[e] + step as f32 * direction[e] + 0.5).floor().clamp(0.0, 255.0)
         });
         if to != at {
             found.push((gain, to));
