@@ -21,7 +21,7 @@ fn pictures_come_back_at_the_quality_of_fitted_texels() {
         assert!(result.psnr > least, "{name}/{texel_size}: {} dB", result.psnr);
         assert!(result.wrong_pixels * 10_000 <= wrong * result.pixels, "{name}/{texel_size}");
         let boundary = result.boundary_error.unwrap();
-        assert!(boundary.mean < 0.5 && boundary.mean <= boundary.p95, "{boundary:?}");
+        assert!(boundary.mean < 0.5 && boundary.p95 < 2.0, "{boundary:?}");
     }
 }
 

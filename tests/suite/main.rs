@@ -8,6 +8,7 @@ mod container;
 mod corrupt;
 mod embed;
 mod encode;
+mod fit;
 mod fixtures;
 #[cfg(feature = "gpu")]
 mod gpu;
