@@ -36,19 +36,27 @@ mod encode;
 #[cfg(feature = "encode")]
 pub mod fit;
 #[cfg(feature = "encode")]
+mod forbid;
+#[cfg(feature = "encode")]
 pub mod labels;
 
 #[cfg(feature = "gpu")]
 pub mod gpu;
 #[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod wasm;
+#[cfg(all(feature = "encode", target_arch = "wasm32"))]
+mod wasm_topology;
 
 pub use camera::{Camera, MAX_SCALE};
 #[cfg(feature = "encode")]
 pub use compare::{BoundaryError, Comparison, compare, decode_regions};
 #[cfg(feature = "encode")]
-pub use encode::{EncodeOptions, encode};
+pub use complex::Topology;
+#[cfg(feature = "encode")]
+pub use encode::{EncodeOptions, encode, encode_with_notes};
 pub use error::{Error, Result};
+#[cfg(feature = "encode")]
+pub use forbid::{Forbidden, forbid};
 pub use gamma::Gamma;
 pub use kernel::Kernel;
 pub use limits::{Limits, MAX_CANDIDATES, MAX_REGIONS};

@@ -85,25 +85,35 @@ impl<'a, const D: usize> CellLists<'a, D> {
         }
         for (block, pixels) in by_block {
             if !self.refine(block) {
-                self.pin(block, &pixels);
+                let within = |at: [u32; D]| at.map(|along| along & ((1 << self.block_log2) - 1));
+                let cell = |&at: &[u32; D]| grid::index([1 << self.block_log2; D], within(at));
+                let of_pixels: Vec<usize> = pixels.iter().map(cell).collect();
+                self.pin(block, &of_pixels);
             }
         }
     }
 
-    /// Leaves but their own regions to some cells of a block with cells of one pixel.
-    fn pin(&mut self, block: usize, pixels: &[[u32; D]]) {
-        let mut lists: Vec<&[RegionId]> = self.blocks[block].cells.iter().collect();
-        for &at in pixels {
-            let within = at.map(|along| along & ((1 << self.block_log2) - 1));
-            let pixel = grid::index(self.regions.size, at);
-            lists[grid::index([1 << self.block_log2; D], within)] =
-                std::slice::from_ref(&self.regions.labels[pixel]);
+    /// Leaves to some cells of a block the regions of their own first pixels alone. Where cells are
+    /// pixels that is what is there: nothing more is interpolated, and nothing can go wrong.
+    pub fn pin(&mut self, block: usize, cells: &[usize]) {
+        let first = grid::place(grid::pieces(self.regions.size, self.block_log2), block);
+        let BlockLists { texel_log2, cells: known, .. } = &mut self.blocks[block];
+        let cell_grid = [1u32 << (self.block_log2 - *texel_log2); D];
+        let mut lists: Vec<&[RegionId]> = known.iter().collect();
+        for &cell in cells {
+            let at = grid::place(cell_grid, cell);
+            let pixel: [u32; D] = std::array::from_fn(|axis| {
+                let along = (first[axis] << self.block_log2) + (at[axis] << *texel_log2);
+                along.min(self.regions.size[axis] - 1)
+            });
+            let pixel = grid::index(self.regions.size, pixel);
+            lists[cell] = std::slice::from_ref(&self.regions.labels[pixel]);
         }
-        let mut cells = Lists::default();
-        lists.into_iter().for_each(|list| {
-            cells.push(list);
-        });
-        self.blocks[block].cells = cells;
+        let mut pinned = Lists::default();
+        for list in lists {
+            pinned.push(list);
+        }
+        *known = pinned;
     }
 
     /// For each region, where it lies in the most crowded cell that lists it, if any lists at least

@@ -2,15 +2,19 @@
 
 mod bytes;
 mod directory;
+#[cfg(feature = "encode")]
+mod notes;
 mod read;
 mod texels;
 #[cfg(feature = "encode")]
 mod write;
 
 pub use directory::{Part, parts};
+#[cfg(feature = "encode")]
+pub use notes::{Notes, notes};
 pub use read::read;
 #[cfg(feature = "encode")]
-pub use write::write;
+pub use write::{write, write_with};
 
 /// The version that this crate writes, and the only one it reads.
 pub const VERSION: u16 = 0;

@@ -1,6 +1,7 @@
 //! Model to bytes: the mirror of `read.rs`.
 
 use super::bytes::push_varint;
+use super::notes::{self, Notes};
 use super::texels::Sharing;
 use super::{MAGIC, VERSION, crc32};
 use crate::error::{Error, Result};
@@ -18,6 +19,14 @@ const DEFLATE_LEVEL: u8 = 8;
 /// [`Error::Malformed`] where the model does not hold together, [`Error::Limit`] where a part would
 /// exceed 4 GB.
 pub fn write(model: &Image) -> Result<Vec<u8>> {
+    write_with(model, &Notes::default())
+}
+
+/// Writes a whole file with notes.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_with(model: &Image, notes: &Notes) -> Result<Vec<u8>> {
     model.check(&Limits { pixels: u64::MAX, memory: u64::MAX, ..Limits::default() })?;
     let mut chunks = vec![
         (*b"REGN", regions(model)),
@@ -31,6 +40,7 @@ pub fn write(model: &Image) -> Result<Vec<u8>> {
     if model.gamma == Gamma::Planes {
         chunks.push((*b"PLAN", planes(model)));
     }
+    chunks.extend(notes::chunks(notes));
 
     let mut head = Vec::new();
     head.extend(MAGIC);

@@ -5,10 +5,10 @@
 //! the charge's reach made exact: an edge repels what is inside its sphere, and nothing else. All
 //! constraints are local, and one pass is linear in them.
 
-use super::constraints::Constraints;
+use super::constraints::{Constraints, Local, Places, places};
 use super::random::Random;
-use super::verify::{circumcentre, nearest_intruded};
-use crate::gamma::{Value, dot, sub};
+use super::spread::{Between, Spread, circumcentre};
+use crate::gamma::{self, Value, dot, sub};
 use crate::limits::MAX_CANDIDATES;
 use crate::model::NodeId;
 
@@ -24,9 +24,14 @@ const CLEARANCE_BY_LENGTH: f64 = 0.1;
 /// What rounding to bytes can cost, in squared value units. A constraint that holds by less is
 /// taken as broken.
 const ROUNDING: f64 = 40.0;
-/// Looks that move every node; they end early when few are in broken constraints, and after them
-/// only those move.
-const GLOBAL_LOOKS: usize = 30;
+/// Two nodes no farther apart than this, squared, are in one place.
+const TOGETHER: f64 = 4.0;
+/// No push is taken to be gentler than this, in squared value units: it would throw nodes far.
+const LEAST_STEEPNESS: f64 = 0.01;
+/// Looks that move every node that is restless; after them only those in broken constraints move.
+const GLOBAL_LOOKS: usize = 2;
+/// Where more than this share of the nodes is in broken constraints after them, finer cells are the
+/// better way, if there are any.
 const FEW: f64 = 0.02;
 /// Looks at what is still broken, and passes from one to the next.
 const LOOKS: usize = 90;
@@ -34,215 +39,339 @@ const PASSES_A_LOOK: usize = 8;
 /// Looks without a better one after which it is left at the best.
 const PATIENCE: usize = 12;
 /// Nodes in broken constraints ask for less clearance, from look to look, down to the least …
-const EASE: f64 = 0.75;
-const LEAST_EASE: f64 = 0.2;
+const EASE: f32 = 0.75;
+const LEAST_EASE: f32 = 0.2;
 /// … and one in so many of those that are there is thrown: anywhere, or a little way.
 const THROWS: f64 = 6.0;
 const NUDGE: f64 = 40.0;
+/// A node that has moved this far since its lists were looked at has them looked at again, in value
+/// units.
+const DRIFT: f32 = 0.5;
+/// A node with more lists than this is moved less by each of them.
+const MANY: f64 = 8.0;
+/// A node that takes less of a push than this is a hub.
+const HUB: f32 = 1.0 / 32.0;
 /// The faces of value space keep this far from nodes, so that texels can overshoot them.
 const RIM: f64 = 8.0;
 
-/// Moves nodes from `start` until the constraints hold with clearance, and rounds them to bytes.
-/// Where some are `restless`, the others have settled before: only those move, and what turns out to
-/// be broken. Another `seed` throws stuck nodes elsewhere.
+/// Where nodes are, and which of them are to move.
+#[derive(Debug, Clone)]
+pub(super) struct Unsettled<const E: usize> {
+    /// Positions, not yet rounded.
+    pub at: Vec<Value<E>>,
+    /// The others have settled before: they move only where they turn out to be in the way.
+    pub restless: Vec<bool>,
+    /// Whether to give up soon where many nodes are in broken constraints.
+    pub hurry: bool,
+    /// Whether hubs, which are in very many lists, make way where only those in broken constraints
+    /// move. Others should first: all those lists would have to be looked at.
+    pub hubs: bool,
+}
+
+/// Moves nodes until the constraints hold with clearance, and rounds them to bytes. Another `seed`
+/// throws stuck nodes elsewhere.
 ///
-/// Deterministic. What could not be satisfied is for [`broken_lists`](super::broken_lists) to find.
-pub fn settle<const E: usize>(
-    start: &[Value<E>],
-    restless: Option<&[bool]>,
+/// Deterministic. What could not be satisfied is for [`broken_lists`](super::verify::broken_lists) to find.
+pub(super) fn settle<const E: usize>(
+    Unsettled { at, restless, hurry, hubs }: Unsettled<E>,
     constraints: &Constraints,
     seed: u64,
 ) -> Vec<[u8; E]> {
-    let mut solver = Solver {
-        at: start.iter().map(|at| at.map(|x| x.clamp(RIM, 255.0 - RIM))).collect(),
-        ease: vec![1.0; start.len()],
-        mobile: restless.map_or_else(|| vec![true; start.len()], <[bool]>::to_vec),
-        distances: std::array::from_fn(|n| DISTANCE * (2.0 / n.max(2) as f64).powf(CROWDING)),
-    };
-    let mut near = restless.map(|_| solver.constraints_of_mobile(constraints));
-    let mut best = (usize::MAX, 0, solver.at.clone());
+    let nodes = at.len();
+    let mut solver = Solver::new(at, restless, constraints);
+    let mut active = solver.lists_of_mobile();
+    let mut best = (usize::MAX, 0, Vec::new());
     for look in 0..LOOKS {
         for _ in 0..PASSES_A_LOOK {
-            solver.pass(near.as_ref().unwrap_or(constraints));
+            let looked_at = active.iter().filter(|&&list| solver.look_at(list as usize)).count();
+            if looked_at == 0 {
+                break;
+            }
         }
         // What no mobile node takes part in held before and holds still.
-        let stuck = solver.find_stuck(near.as_ref().unwrap_or(constraints));
-        let count = stuck.iter().filter(|&&stuck| stuck).count();
-        if count < best.0 {
-            best = (count, look, solver.at.clone());
+        let stuck = solver.find_stuck(&active);
+        if stuck.len() < best.0 {
+            best = (stuck.len(), look, solver.at.clone());
         }
-        if count == 0 || look > best.1 + PATIENCE {
+        let many = hurry && look + 1 >= GLOBAL_LOOKS && stuck.len() as f64 > FEW * nodes as f64;
+        if stuck.is_empty() || look > best.1 + PATIENCE || many {
             break;
         }
-        let local = near.is_some()
-            || look >= GLOBAL_LOOKS
-            || (look > 2 && (count as f64) < FEW * start.len() as f64);
-        if local && near.is_none() {
+        let local = look + 1 >= GLOBAL_LOOKS;
+        if look + 1 == GLOBAL_LOOKS {
             solver.mobile.fill(false);
+            solver.least_light = if hubs { 0.0 } else { HUB };
         }
         solver.ease_off(&stuck, local.then_some(seed << 8 | look as u64));
         if local {
-            near = Some(solver.constraints_of_mobile(constraints));
+            active = solver.lists_of_mobile();
         }
     }
     best.2.iter().map(|at| at.map(|x| x.round() as u8)).collect()
 }
 
-struct Solver<const E: usize> {
+struct Solver<'a, const E: usize> {
+    constraints: &'a Constraints,
     at: Vec<Value<E>>,
+    /// How far each node has moved since its lists were last marked for a look.
+    drift: Vec<f32>,
     /// Share of the wanted clearance that each node asks for.
-    ease: Vec<f64>,
+    ease: Vec<f32>,
+    /// How much of a push each node takes: little, where many push.
+    lightness: Vec<f32>,
+    /// The length of each node's longest list.
+    crowd: Vec<u8>,
     /// Nodes that may move.
     mobile: Vec<bool>,
+    /// Nodes that are less light do not begin to move.
+    least_light: f32,
+    /// Lists whose nodes have moved.
+    marked: Vec<bool>,
     /// How far apart two nodes want to be, by the length of their longest list.
     distances: [f64; MAX_CANDIDATES + 1],
 }
 
-/// How far a constraint is from holding, and which way its nodes must move to make it hold.
-struct Push<const E: usize, const N: usize> {
-    /// What the constraint's expression is, in squared value units; it holds where positive.
-    is: f64,
-    /// Its gradient by each node.
-    gradients: [Value<E>; N],
-    /// The square of the length by which clearance grows.
-    length_squared: f64,
+/// A list that is looked at.
+struct Look<'a, const E: usize> {
+    local: Local<'a>,
+    spread: Spread<E>,
+    ease: [f64; MAX_CANDIDATES],
+    /// Zero for nodes that may not move.
+    lightness: [f64; MAX_CANDIDATES],
+    /// Who has been moved.
+    moved: Places,
 }
 
-impl<const E: usize> Solver<E> {
-    /// One pass over the constraints, each moving its nodes at once.
-    fn pass(&mut self, constraints: &Constraints) {
-        for nodes in &constraints.edges {
-            let push = self.edge(nodes);
-            self.apply(nodes, &push);
-        }
-        for nodes in &constraints.faces {
-            if let Some(push) = self.face(nodes) {
-                self.apply(nodes, &push);
+impl<'a, const E: usize> Solver<'a, E> {
+    fn new(at: Vec<Value<E>>, mobile: Vec<bool>, constraints: &'a Constraints) -> Self {
+        let nodes = at.len();
+        let mut crowd = vec![0u8; nodes];
+        for list in 0..constraints.len() {
+            let nodes = constraints.local(list).nodes;
+            for &node in nodes {
+                crowd[node as usize] = crowd[node as usize].max(nodes.len() as u8);
             }
         }
-        for nodes in &constraints.ghosts {
-            let push = self.ghost(nodes);
-            self.apply(nodes, &push);
-        }
-        for (nodes, crowd) in &constraints.pairs {
-            self.part(nodes, self.distances[usize::from(*crowd)]);
-        }
-    }
-
-    /// (X_a − X_c) · (X_b − X_c) is to be positive: c outside of the sphere over ab.
-    fn edge(&self, nodes: &[NodeId; 3]) -> Push<E, 3> {
-        let [a, b, c] = nodes.map(|n| self.at[n as usize]);
-        let (ac, bc, ab) = (sub(a, c), sub(b, c), sub(a, b));
-        let gradients = [bc, ac, std::array::from_fn(|e| -ac[e] - bc[e])];
-        Push { is: dot(ac, bc), gradients, length_squared: dot(ab, ab) }
-    }
-
-    /// e is to be outside of the sphere around an acute face abc.
-    fn face(&self, nodes: &[NodeId; 4]) -> Option<Push<E, 4>> {
-        let [a, b, c, e] = nodes.map(|n| self.at[n as usize]);
-        let centre = circumcentre([a, b, c])?;
-        let (out, radius) = (sub(e, centre), sub(a, centre));
-        // The centre is taken to move with the corners' mean.
-        let back = out.map(|x| -2.0 / 3.0 * x);
-        let gradients = [back, back, back, out.map(|x| 2.0 * x)];
-        Some(Push { is: dot(out, out) - dot(radius, radius), gradients, length_squared: 0.0 })
-    }
-
-    /// e is to be farther from any place between abcd than the nearest of them.
-    fn ghost(&self, nodes: &[NodeId; 5]) -> Push<E, 5> {
-        let [a, b, c, d, e] = nodes.map(|n| self.at[n as usize]);
-        let (by, place) = nearest_intruded([a, b, c, d], e);
-        let out = sub(e, place);
-        let back = out.map(|x| -0.5 * x);
-        let gradients = [back, back, back, back, out.map(|x| 2.0 * x)];
-        Push { is: -by, gradients, length_squared: 0.0 }
-    }
-
-    fn apply<const N: usize>(&mut self, nodes: &[NodeId; N], push: &Push<E, N>) {
-        let ease = nodes.iter().map(|&n| self.ease[n as usize]).fold(1.0, f64::min);
-        let clearance = CLEARANCE + CLEARANCE_BY_LENGTH * push.length_squared;
-        let short = ease * clearance + 2.0 * ROUNDING - push.is;
-        if short <= 0.0 {
-            return;
-        }
-        let steepness: f64 = push.gradients.iter().map(|&g| dot(g, g)).sum();
-        let step = short / steepness.max(1.0);
-        for (&node, gradient) in nodes.iter().zip(&push.gradients) {
-            self.shift(node, gradient.map(|x| step * x));
+        let lightness = |node| MANY / MANY.max(constraints.of_node(node).len() as f64);
+        Solver {
+            constraints,
+            at: at.iter().map(|at| at.map(|x| x.clamp(RIM, 255.0 - RIM))).collect(),
+            drift: vec![0.0; nodes],
+            ease: vec![1.0; nodes],
+            lightness: (0..nodes as NodeId).map(|node| lightness(node) as f32).collect(),
+            crowd,
+            mobile,
+            least_light: 0.0,
+            marked: vec![true; constraints.len()],
+            distances: std::array::from_fn(|n| DISTANCE * (2.0 / n.max(2) as f64).powf(CROWDING)),
         }
     }
 
-    fn part(&mut self, nodes: &[NodeId; 2], want: f64) {
-        let [a, b] = nodes.map(|n| n as usize);
-        let ab = sub(self.at[a], self.at[b]);
-        let is = dot(ab, ab).sqrt();
-        let want = want * self.ease[a].min(self.ease[b]);
-        if is < want {
-            let step = 0.5 * (want - is) / is.max(1.0);
-            self.shift(nodes[0], ab.map(|x| step * x));
-            self.shift(nodes[1], ab.map(|x| -step * x));
-        }
-    }
-
-    fn shift(&mut self, node: NodeId, by: Value<E>) {
-        let node = node as usize;
-        if self.mobile[node] {
-            for e in 0..E {
-                self.at[node][e] = (self.at[node][e] + by[e]).clamp(RIM, 255.0 - RIM);
+    /// The lists that hold a mobile node, in order.
+    fn lists_of_mobile(&self) -> Vec<u32> {
+        let mut held = vec![false; self.constraints.len()];
+        for node in (0..self.at.len()).filter(|&node| self.mobile[node]) {
+            for &list in self.constraints.of_node(node as NodeId) {
+                held[list as usize] = true;
             }
         }
+        (0u32..).zip(held).filter(|&(_, held)| held).map(|(list, _)| list).collect()
     }
 
-    /// Which nodes are in broken constraints.
-    fn find_stuck(&self, constraints: &Constraints) -> Vec<bool> {
-        let mut stuck = vec![false; self.at.len()];
-        let mut mark = |nodes: &[NodeId]| nodes.iter().for_each(|&n| stuck[n as usize] = true);
-        constraints.edges.iter().filter(|n| self.edge(n).is < ROUNDING).for_each(|n| mark(n));
-        let face = |n: &&[NodeId; 4]| self.face(n).is_some_and(|push| push.is < ROUNDING);
-        constraints.faces.iter().filter(face).for_each(|n| mark(n));
-        constraints.ghosts.iter().filter(|n| self.ghost(n).is < ROUNDING).for_each(|n| mark(n));
-        let near = |(n, _): &&([NodeId; 2], u8)| {
-            let ab = sub(self.at[n[0] as usize], self.at[n[1] as usize]);
-            dot(ab, ab) < 4.0
+    fn look<'b>(&self, local: Local<'b>) -> Look<'b, E> {
+        let mut look = Look {
+            spread: Spread::new(local.nodes, |node| self.at[node as usize]),
+            ease: [1.0; MAX_CANDIDATES],
+            lightness: [0.0; MAX_CANDIDATES],
+            moved: 0,
+            local,
         };
-        constraints.pairs.iter().filter(near).for_each(|(n, _)| mark(n));
+        for (i, &node) in local.nodes.iter().enumerate() {
+            look.ease[i] = f64::from(self.ease[node as usize]);
+            if self.mobile[node as usize] {
+                look.lightness[i] = f64::from(self.lightness[node as usize]);
+            }
+        }
+        look
+    }
+
+    /// Moves the nodes of a list to where its constraints hold, one constraint after the other, if
+    /// the list is marked; `false` where it is not.
+    fn look_at(&mut self, list: usize) -> bool {
+        if !std::mem::take(&mut self.marked[list]) {
+            return false;
+        }
+        let constraints = self.constraints;
+        let mut look = self.look(constraints.local(list));
+        look.push_edges();
+        look.push_faces();
+        look.push_ghosts();
+        let crowd = |i: usize| usize::from(self.crowd[look.local.nodes[i] as usize]);
+        let crowds: [usize; MAX_CANDIDATES] =
+            std::array::from_fn(|i| if i < look.local.nodes.len() { crowd(i) } else { 0 });
+        look.part(|i, j| self.distances[crowds[i].min(crowds[j])]);
+        for i in places(look.moved) {
+            let node = look.local.nodes[i];
+            let from = std::mem::replace(&mut self.at[node as usize], look.spread.at(i));
+            let drift = &mut self.drift[node as usize];
+            *drift += gamma::distance_squared(from, look.spread.at(i)).sqrt() as f32;
+            if *drift > DRIFT {
+                *drift = 0.0;
+                for &list in constraints.of_node(node) {
+                    self.marked[list as usize] = true;
+                }
+            }
+        }
+        true
+    }
+
+    /// The nodes that are in broken constraints of `lists`, in order.
+    fn find_stuck(&self, lists: &[u32]) -> Vec<NodeId> {
+        let mut stuck = Vec::new();
+        for &list in lists {
+            let local = self.constraints.local(list as usize);
+            let spread = Spread::new(local.nodes, |node| self.at[node as usize]);
+            spread.broken(&local, (ROUNDING, TOGETHER), |constraint| {
+                stuck.extend(constraint.nodes().iter().map(|&i| local.nodes[i]));
+            });
+        }
+        stuck.sort_unstable();
+        stuck.dedup();
         stuck
     }
 
     /// Eases what stuck nodes ask for. Where there are `throws`, a number
     /// that is another in every look, they may move, and those that have asked for the least in vain
     /// are thrown elsewhere, a few at a time.
-    fn ease_off(&mut self, stuck: &[bool], throws: Option<u64>) {
-        for node in (0..self.at.len()).filter(|&node| stuck[node]) {
-            if self.ease[node] > LEAST_EASE {
-                self.ease[node] = (self.ease[node] * EASE).max(LEAST_EASE);
+    fn ease_off(&mut self, stuck: &[NodeId], throws: Option<u64>) {
+        for &node in stuck {
+            let light = self.lightness[node as usize] >= self.least_light;
+            if throws.is_some() && !light {
+                continue;
+            }
+            let at = &mut self.at[node as usize];
+            let ease = &mut self.ease[node as usize];
+            if *ease > LEAST_EASE {
+                *ease = (*ease * EASE).max(LEAST_EASE);
             } else if let Some(throw) = throws {
-                let mut random = Random::new(node as u64, throw);
+                let mut random = Random::new(u64::from(node), throw);
                 let throw = random.between(0.0, THROWS);
                 if throw < 0.5 {
-                    self.at[node] = std::array::from_fn(|_| random.between(RIM, 255.0 - RIM));
+                    *at = std::array::from_fn(|_| random.between(RIM, 255.0 - RIM));
                 } else if throw < 1.0 {
-                    let by = std::array::from_fn(|_| random.between(-NUDGE, NUDGE));
-                    self.shift(node as NodeId, by);
+                    *at = at.map(|x| (x + random.between(-NUDGE, NUDGE)).clamp(RIM, 255.0 - RIM));
                 }
             }
-            self.mobile[node] |= throws.is_some();
+            self.mobile[node as usize] |= throws.is_some();
+            for &list in self.constraints.of_node(node) {
+                self.marked[list as usize] = true;
+            }
+        }
+    }
+}
+
+impl<const E: usize> Look<'_, E> {
+    /// (X_a − X_c) · (X_b − X_c) is to be positive: c outside of the sphere over ab.
+    fn push_edges(&mut self) {
+        for [a, b] in self.local.edges.iter().map(|edge| edge.map(usize::from)) {
+            for c in self.local.others(1 << a | 1 << b) {
+                let is = self.spread.edge(a, b, c);
+                let clearance = CLEARANCE + CLEARANCE_BY_LENGTH * self.spread.squared(a, b);
+                if is < clearance + 2.0 * ROUNDING {
+                    let [at_a, at_b, at_c] = [a, b, c].map(|i| self.spread.at(i));
+                    let (ac, bc) = (sub(at_a, at_c), sub(at_b, at_c));
+                    let back = std::array::from_fn(|e| -ac[e] - bc[e]);
+                    self.push([a, b, c], is, clearance, [bc, ac, back]);
+                }
+            }
         }
     }
 
-    /// The constraints that a mobile node takes part in: moving it can break no other.
-    fn constraints_of_mobile(&self, all: &Constraints) -> Constraints {
-        fn touching<const N: usize>(sets: &[[NodeId; N]], mobile: &[bool]) -> Vec<[NodeId; N]> {
-            let moves = |nodes: &&[NodeId; N]| nodes.iter().any(|&n| mobile[n as usize]);
-            sets.iter().filter(moves).copied().collect()
+    /// e is to be outside of the sphere around an acute face abc.
+    fn push_faces(&mut self) {
+        for [a, b, c] in self.local.faces.iter().map(|face| face.map(usize::from)) {
+            for e in self.local.others(1 << a | 1 << b | 1 << c) {
+                let corners = [a, b, c].map(|i| self.spread.at(i));
+                let Some(centre) = circumcentre(corners) else { break };
+                let out = sub(self.spread.at(e), centre);
+                let is = dot(out, out) - gamma::distance_squared(corners[0], centre);
+                if is < CLEARANCE + 2.0 * ROUNDING {
+                    // The centre is taken to move with the corners' mean.
+                    let back = out.map(|x| -2.0 / 3.0 * x);
+                    let gradients = [back, back, back, out.map(|x| 2.0 * x)];
+                    self.push([a, b, c, e], is, CLEARANCE, gradients);
+                }
+            }
         }
-        let pair_moves =
-            |(nodes, _): &&([NodeId; 2], u8)| nodes.iter().any(|&n| self.mobile[n as usize]);
-        Constraints {
-            pairs: all.pairs.iter().filter(pair_moves).copied().collect(),
-            edges: touching(&all.edges, &self.mobile),
-            faces: touching(&all.faces, &self.mobile),
-            ghosts: touching(&all.ghosts, &self.mobile),
+    }
+
+    /// e is to be farther from any place between abcd than the nearest of them.
+    fn push_ghosts(&mut self) {
+        for &around in self.local.ghosts {
+            let mut between = Between::new(&self.spread, around);
+            for e in self.local.others(around) {
+                let far = -CLEARANCE - 2.0 * ROUNDING;
+                let (by, place) = between.intrusion(&self.spread, e, far);
+                if by > far {
+                    let out = sub(self.spread.at(e), place);
+                    let back = out.map(|x| -0.5 * x);
+                    let gradients = [back, back, back, back, out.map(|x| 2.0 * x)];
+                    let [a, b, c, d] = between.corners;
+                    self.push([a, b, c, d, e], -by, CLEARANCE, gradients);
+                    between = Between::new(&self.spread, around);
+                }
+            }
+        }
+    }
+
+    /// Moves nodes so that a constraint holds with `clearance`. What it `is`, in squared value units,
+    /// is positive where it holds; the `gradients` of that are by each node.
+    fn push<const N: usize>(
+        &mut self,
+        nodes: [usize; N],
+        is: f64,
+        clearance: f64,
+        gradients: [Value<E>; N],
+    ) {
+        let ease = nodes.iter().map(|&i| self.ease[i]).fold(1.0, f64::min);
+        let short = ease * clearance + 2.0 * ROUNDING - is;
+        let weigh =
+            |(&i, &gradient): (&usize, &Value<E>)| self.lightness[i] * dot(gradient, gradient);
+        let steepness: f64 = nodes.iter().zip(&gradients).map(weigh).sum();
+        if short <= 0.0 || steepness <= 0.0 {
+            return;
+        }
+        let step = short / steepness.max(LEAST_STEEPNESS);
+        for (&i, gradient) in nodes.iter().zip(&gradients) {
+            let step = step * self.lightness[i];
+            self.shift(i, gradient.map(|x| step * x));
+        }
+    }
+
+    /// Moves nodes apart that are nearer than they want to be.
+    fn part(&mut self, want: impl Fn(usize, usize) -> f64) {
+        for i in 0..self.local.nodes.len() {
+            for j in i + 1..self.local.nodes.len() {
+                let want = want(i, j) * self.ease[i].min(self.ease[j]);
+                let squared = self.spread.squared(i, j);
+                let light = self.lightness[i] + self.lightness[j];
+                if squared < want * want && light > 0.0 {
+                    let is = squared.sqrt();
+                    let step = (want - is) / is.max(1.0) / light;
+                    let ij = sub(self.spread.at(i), self.spread.at(j));
+                    self.shift(i, ij.map(|x| self.lightness[i] * step * x));
+                    self.shift(j, ij.map(|x| -self.lightness[j] * step * x));
+                }
+            }
+        }
+    }
+
+    fn shift(&mut self, i: usize, by: Value<E>) {
+        if self.lightness[i] > 0.0 {
+            let at = self.spread.at(i);
+            let to = std::array::from_fn(|e| (at[e] + by[e]).clamp(RIM, 255.0 - RIM));
+            self.spread.put(i, to);
+            self.moved |= 1 << i;
         }
     }
 }

@@ -1,7 +1,8 @@
 //! The tests of an embedding: closed forms, and decoding.
 
-use super::constraints::{ByLast, Cells, Constraints};
-use crate::gamma::{self, Value, dot, sub};
+use super::constraints::{ByLast, Cells, Constraints, Finder};
+use super::spread::{Constraint, STEPS, Spread};
+use crate::gamma::{self, Value};
 use crate::model::{ListId, Lists, Model, NodeId};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -26,30 +27,36 @@ impl Violations {
     }
 }
 
-/// Finds the constraints that positions break under Voronoi γ.
-///
-/// Node c leaves edge ab alone iff (X_a − X_c) · (X_b − X_c) > 0, that is, iff it lies outside the
-/// sphere whose diameter is ab (the Gabriel condition). Where all three edges of a face hold against
-/// each other its triangle is acute, the farthest point from its corners is the circumcentre, and
-/// node e leaves the face alone iff it lies outside the sphere around it. At a ghost, the mean of the
-/// nodes around it, one of those must win.
-pub fn violations<const E: usize>(positions: &[[u8; E]], constraints: &Constraints) -> Violations {
-    let at = |node: NodeId| gamma::value(positions[node as usize]);
-    let intrudes = |[a, b, c]: &[NodeId; 3]| dot(sub(at(*a), at(*c)), sub(at(*b), at(*c))) <= 0.0;
-    let on_face = |[a, b, c, e]: &[NodeId; 4]| intrusion([at(*a), at(*b), at(*c)], at(*e)) >= 0.0;
-    let at_ghost =
-        |[a, b, c, d, e]: &[NodeId; 5]| ghost_intrusion([*a, *b, *c, *d].map(at), at(*e)) >= 0.0;
-    Violations {
-        pairs: constraints
-            .pairs
-            .iter()
-            .map(|&(pair, _)| pair)
-            .filter(|[a, b]| at(*a) == at(*b))
-            .collect(),
-        edges: constraints.edges.iter().copied().filter(intrudes).collect(),
-        faces: constraints.faces.iter().copied().filter(on_face).collect(),
-        ghosts: constraints.ghosts.iter().copied().filter(at_ghost).collect(),
+/// Finds the constraints that positions break under Voronoi γ, in any of the lists.
+pub fn violations<const E: usize>(
+    positions: &[[u8; E]],
+    lists: &Lists,
+    cells: Cells<'_>,
+) -> Violations {
+    let constraints = Constraints::new(lists, &Finder::new(cells));
+    let in_list = |list: usize| {
+        let local = constraints.local(list);
+        let spread = Spread::new(local.nodes, |node| gamma::value(positions[node as usize]));
+        let mut broken = Vec::new();
+        spread.broken(&local, (0.0, 0.0), |constraint| {
+            broken.push(constraint.map(|i| local.nodes[i]))
+        });
+        broken
+    };
+    let mut all: Vec<Constraint<NodeId>> =
+        (0..constraints.len()).into_par_iter().flat_map_iter(in_list).collect();
+    all.sort_unstable();
+    all.dedup();
+    let mut violations = Violations::default();
+    for constraint in all {
+        match constraint {
+            Constraint::Pair(nodes) => violations.pairs.push(nodes),
+            Constraint::Edge(nodes) => violations.edges.push(nodes),
+            Constraint::Face(nodes) => violations.faces.push(nodes),
+            Constraint::Ghost(nodes) => violations.ghosts.push(nodes),
+        }
     }
+    violations
 }
 
 /// What the embedding of a model breaks: constraints by closed form, and simplices by decoding.
@@ -62,8 +69,7 @@ pub fn model_violations<const D: usize, const E: usize>(model: &Model<D, E>) -> 
     let positions: Vec<[u8; E]> = model.nodes.iter().map(|node| node.position).collect();
     let ghosts = model.ghosts();
     let cells = Cells { edges: &model.edges, faces: &model.faces, ghosts: &ghosts };
-    violations(&positions, &Constraints::new(&model.lists, cells)).count()
-        + sampled_violations(model)
+    violations(&positions, &model.lists, cells).count() + sampled_violations(model)
 }
 
 /// Pairs of nodes that share a list, and between which there is no plane.
@@ -78,52 +84,6 @@ fn unparted<const D: usize, const E: usize>(model: &Model<D, E>) -> usize {
     pairs.len()
 }
 
-/// How far `e` is inside the sphere around a face, in squared value units; negative outside, and for
-/// a face without a sphere, whose edges are broken anyway.
-pub(super) fn intrusion<const E: usize>(face: [Value<E>; 3], e: Value<E>) -> f64 {
-    match circumcentre(face) {
-        Some(centre) => {
-            gamma::distance_squared(face[0], centre) - gamma::distance_squared(e, centre)
-        }
-        None => -1.0,
-    }
-}
-
-/// How much nearer `e` is to a place between the nodes around a ghost than the nearest of those, in
-/// squared value units, where that is most; negative where it is farther everywhere.
-pub(super) fn ghost_intrusion<const E: usize>(around: [Value<E>; 4], e: Value<E>) -> f64 {
-    nearest_intruded(around, e).0
-}
-
-/// [`ghost_intrusion`], and the place. Looked at are the ghost itself and, for every two nodes around
-/// it, places spread over the triangle of the three.
-pub(super) fn nearest_intruded<const E: usize>(
-    around: [Value<E>; 4],
-    e: Value<E>,
-) -> (f64, Value<E>) {
-    let ghost = ghost_position(around);
-    let distances = around.map(|corner| gamma::distance_squared(corner, ghost));
-    let (near, far) =
-        distances.iter().fold((f64::INFINITY, 0.0f64), |(n, f), &d| (n.min(d), f.max(d)));
-    let away = gamma::distance_squared(e, ghost);
-    let mut worst = (near - away, ghost);
-    // No place is farther from the ghost than the farthest corner, nor from its nearest corner.
-    if away > 4.0 * far {
-        return worst;
-    }
-    for [i, j] in [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]] {
-        for place in samples(&[around[i], around[j], ghost]) {
-            let nearest = around.map(|corner| gamma::distance_squared(corner, place));
-            let by = nearest.into_iter().fold(f64::INFINITY, f64::min)
-                - gamma::distance_squared(e, place);
-            if by > worst.0 {
-                worst = (by, place);
-            }
-        }
-    }
-    worst
-}
-
 /// The mean of the nodes around a ghost; of three the last is given twice and counts once.
 pub(super) fn ghost_position<const E: usize>(around: [Value<E>; 4]) -> Value<E> {
     let mut count = 4;
@@ -133,50 +93,26 @@ pub(super) fn ghost_position<const E: usize>(around: [Value<E>; 4]) -> Value<E> 
     std::array::from_fn(|e| around[..count].iter().map(|x| x[e]).sum::<f64>() / count as f64)
 }
 
-/// The point of a triangle's plane that is equally far from its corners; `None` unless the triangle
-/// is acute.
-pub(super) fn circumcentre<const E: usize>([a, b, c]: [Value<E>; 3]) -> Option<Value<E>> {
-    let (u, v) = (sub(b, a), sub(c, a));
-    let (uu, vv, uv) = (dot(u, u), dot(v, v), dot(u, v));
-    let determinant = uu * vv - uv * uv;
-    if uv <= 0.0 || uu <= uv || vv <= uv || determinant <= 0.0 {
-        return None;
-    }
-    let s = 0.5 * vv * (uu - uv) / determinant;
-    let t = 0.5 * uu * (vv - uv) / determinant;
-    Some(std::array::from_fn(|e| a[e] + s * u[e] + t * v[e]))
-}
+/// What a constraint must hold by to be safe from the rounding of f64, in squared value units.
+const HAIR: f64 = 1e-6;
 
-/// For each list, whether its nodes break a constraint among themselves, by closed form or by
-/// decoding samples. Only lists for which `look` says so are looked at.
-pub fn broken_lists<const E: usize>(
+/// The lists, counted as in `constraints`, whose nodes break a constraint among themselves.
+///
+/// Where the closed forms hold, so does decoding: they are exact for edges and faces, and at ghosts
+/// they look at every place that is decoded.
+pub(crate) fn broken_lists<const E: usize>(
     positions: &[[u8; E]],
-    lists: &Lists,
-    cells: Cells<'_>,
-    look: impl Fn(ListId, &[NodeId]) -> bool + Sync,
-) -> Vec<bool> {
-    let ghosts = ByLast::new(cells.ghosts);
-    let at = |node: NodeId| gamma::value(positions[node as usize]);
-    let winner = |list: &[NodeId], v: Value<E>| {
-        gamma::nearest(v, list.iter().map(|&node| at(node))).map(|i| list[i])
+    constraints: &Constraints,
+) -> Vec<usize> {
+    let is_broken = |&list: &usize| {
+        let local = constraints.local(list);
+        let spread = Spread::new(local.nodes, |node| gamma::value(positions[node as usize]));
+        let mut broken = false;
+        spread.broken(&local, (HAIR, HAIR), |_| broken = true);
+        broken
     };
-    (0..lists.len() as ListId)
-        .into_par_iter()
-        .map(|id| {
-            let list = lists.get(id);
-            if list.len() < 2 || !look(id, list) {
-                return false;
-            }
-            let mut constraints = Constraints::default();
-            constraints.gather(list, cells, &ghosts);
-            violations(positions, &constraints).count() > 0
-                || sampled_in(list, cells, &ghosts, &at, &|v| winner(list, v)) > 0
-        })
-        .collect()
+    (0..constraints.len()).into_par_iter().with_min_len(256).filter(is_broken).collect()
 }
-
-/// Steps along an edge, and along each side of a face, that are decoded.
-const STEPS: u32 = 8;
 
 /// Decodes samples of every edge and face of the complex in every list that holds all its corners,
 /// and counts the simplices on which a region wins that is none of them. On a face with a ghost
@@ -190,7 +126,15 @@ pub fn sampled_violations<const D: usize, const E: usize>(model: &Model<D, E>) -
         .into_par_iter()
         .map(|list| {
             let list = model.lists.get(list);
-            sampled_in(list, cells, &by_last, &at, &|v| model.winner(list, v))
+            if !model.planes.is_empty() {
+                return sampled_in(list, cells, &by_last, &at, &|v| model.winner(list, v));
+            }
+            // The same γ, its candidates looked up once.
+            let real = list.iter().filter(|&&node| model.nodes[node as usize].region.is_some());
+            let real: Vec<(NodeId, Value<E>)> = real.map(|&node| (node, at(node))).collect();
+            let positions = || real.iter().map(|&(_, position)| position);
+            let winner = |v: Value<E>| gamma::nearest(v, positions()).map(|i| real[i].0);
+            sampled_in(list, cells, &by_last, &at, &winner)
         })
         .sum()
 }
@@ -252,19 +196,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_circumcentre_is_as_far_from_every_corner() {
-        let face = [[0.0, 0.0, 1.0], [4.0, 1.0, 0.0], [1.0, 5.0, 2.0]];
-        let centre = circumcentre(face).unwrap();
-        let distances = face.map(|corner| gamma::distance_squared(corner, centre));
-        assert!((distances[0] - distances[1]).abs() < 1e-9);
-        assert!((distances[0] - distances[2]).abs() < 1e-9);
-        // Obtuse, right-angled and flat triangles have their farthest point on a side.
-        for c in [[9.0, 1.0, 0.0], [0.0, 3.0, 0.0], [2.0, 0.0, 0.0]] {
-            assert_eq!(circumcentre([[0.0; 3], [4.0, 0.0, 0.0], c]), None);
-        }
-    }
-
-    #[test]
     fn closed_forms_agree_with_dense_sampling() {
         // Random quadruples: a breach by closed form exactly where some sample decodes to the rest.
         let mut seed = 1u32;
@@ -279,8 +210,7 @@ mod tests {
             lists.push(&[0, 1, 2, 3]);
             let cells =
                 Cells { edges: &[[0, 1], [0, 2], [1, 2]], faces: &[[0, 1, 2]], ghosts: &[] };
-            let constraints = Constraints::new(&lists, cells);
-            let broken = violations(&positions, &constraints).count() > 0;
+            let broken = violations(&positions, &lists, cells).count() > 0;
             let v: Vec<Value<3>> = positions.iter().map(|&p| gamma::value(p)).collect();
             let n = 60;
             let wins_elsewhere = |weights: [i32; 3], allowed: &[usize]| {

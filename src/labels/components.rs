@@ -349,7 +349,8 @@ fn join(parents: &mut [u32], a: usize, b: usize) {
     parents[a.max(b)] = a.min(b) as u32;
 }
 
-#[cfg(test)]
+// Not on wasm, which proptest is not built for.
+#[cfg(all(test, not(target_arch = "wasm32")))]
 mod tests {
     use super::*;
     use proptest::prelude::*;

@@ -69,6 +69,15 @@ impl<const D: usize> Source<D> {
         &self.classes
     }
 
+    /// What to call a class in messages: `label 7`, or `color #rrggbb` (`#rrggbbaa` unless opaque).
+    pub fn class_name(&self, class: u32) -> String {
+        match (self.meaning, class.to_le_bytes()) {
+            (Meaning::Label, _) => format!("label {class}"),
+            (Meaning::Color, [r, g, b, 255]) => format!("color #{r:02x}{g:02x}{b:02x}"),
+            (Meaning::Color, [r, g, b, a]) => format!("color #{r:02x}{g:02x}{b:02x}{a:02x}"),
+        }
+    }
+
     /// The straight RGBA colour of a class.
     pub fn color(&self, class: u32) -> [u8; 4] {
         match self.meaning {

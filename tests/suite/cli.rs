@@ -105,7 +105,9 @@ fn encode_compare_info_verify_decode_and_render_work_together() {
         info["bytes_by_part"].as_object().unwrap().values().map(|v| v.as_u64().unwrap()).sum();
     assert_eq!(parts, bytes);
 
-    assert!(succeed(&["verify", file]).contains("sound"));
+    let told = succeed(&["verify", file]);
+    let before = info["violations_before_repair"].as_u64().unwrap();
+    assert!(told.contains(&format!("0 violations ({before} before repair)")), "{told}");
     let out = folder.path("out.png");
     let out = text(&out);
     succeed(&["decode", file, "-o", out, "--no-antialias"]);
@@ -126,6 +128,45 @@ fn encode_compare_info_verify_decode_and_render_work_together() {
     ]);
     assert_eq!(png_size(out), [80, 60]);
     assert_eq!(folder.names(), ["crop.istar", "crop.png", "out.png"], "nothing is left over");
+}
+
+#[test]
+fn a_file_without_notes_says_nothing_of_repairs() {
+    let folder = Folder::new();
+    let image = fixtures::encoded(&fixtures::discs(), 8, istar::Kernel::Linear);
+    let bytes = istar::container::write(&image).unwrap();
+    let file = folder.file("plain.istar", &bytes);
+    let info = json(&["info", text(&file), "--json"]);
+    assert_eq!((&info["violations"], &info["violations_before_repair"]), (&0.into(), &().into()));
+    assert!(succeed(&["verify", text(&file)]).contains("0 violations, "));
+}
+
+#[test]
+fn regions_that_must_not_meet_are_parted_by_label_and_by_colour() {
+    let folder = Folder::new();
+    let mut labels = Vec::new();
+    let mut encoder = png::Encoder::new(&mut labels, 64, 40);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    let pixels: Vec<u8> = (0..64 * 40).flat_map(|i| [0, 1 + u8::from(i % 64 > 30)]).collect();
+    encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+    let mut colors = Vec::new();
+    let mut encoder = png::Encoder::new(&mut colors, 64, 40);
+    encoder.set_color(png::ColorType::Rgb);
+    let pixels: Vec<u8> = (0..64 * 40).flat_map(|i| [255, 0, 7 * u8::from(i % 64 > 30)]).collect();
+    encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+    let out = folder.path("o.istar");
+    for (name, bytes, rule) in
+        [("labels", labels, "1,2,3"), ("colors", colors, "#ff0000,#ff0007,#00ff7f")]
+    {
+        let png = folder.file(name, &bytes);
+        succeed(&["encode", text(&png), "-o", text(&out), "--forbid", rule]);
+        let info = json(&["info", text(&out), "--json"]);
+        assert_eq!((&info["regions"], &info["nodes"]), (&3.into(), &3.into()), "{name}");
+        assert_eq!((&info["edges"], &info["violations"]), (&2.into(), &0.into()), "{name}");
+        let unknown = ["encode", text(&png), "-o", text(&out), "--forbid", "8,9,1"];
+        fail(&unknown, "in the picture");
+    }
 }
 
 #[test]
@@ -275,6 +316,8 @@ fn words_that_do_not_fit_end_with_2() {
         &["encode", "a.png"],
         &["encode", "a.png", "-o", "b", "--kernel", "cubic"],
         &["encode", "a.png", "-o", "b", "--connectivity", "6"],
+        &["encode", "a.png", "-o", "b", "--forbid", "1,2"],
+        &["encode", "a.png", "-o", "b", "--forbid", "1,2,#12345"],
         &["decode", "a.istar", "-o", "b", "--width", "0"],
         &["render", "a.istar", "-o", "b", "--center", "1", "--scale", "1", "--size", "9x9"],
         &["render", "a.istar", "-o", "b", "--center", "1,1", "--scale", "-1", "--size", "9x9"],

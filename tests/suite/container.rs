@@ -1,6 +1,7 @@
 //! Files: what is written is read back, and SPEC.md's example is a real file.
 
 use crate::fixtures;
+use istar::container::Notes;
 use istar::model::{Block, Cells, Lists, Node, Region};
 use istar::{Gamma, Image, Kernel, Limits, container};
 
@@ -37,6 +38,34 @@ fn planes_round_trip_exactly() {
         image.planes.clear();
         assert_eq!((has_part(&image), has_part(&plain)), (true, false), "{name}");
     }
+}
+
+#[test]
+fn notes_round_trip_and_a_picture_does_not_depend_on_them() {
+    let image = fixtures::encoded(&fixtures::discs(), 8, Kernel::Quadratic);
+    assert_eq!(container::notes(&container::write(&image).unwrap()), Ok(Notes::default()));
+    for count in [0, 1, 300, u32::MAX] {
+        let notes = Notes { violations_before: Some(count) };
+        let bytes = container::write_with(&image, &notes).unwrap();
+        assert_eq!(container::notes(&bytes), Ok(notes));
+        assert_eq!(container::read(&bytes, &Limits::default()).as_ref(), Ok(&image));
+        // They are at the end of the file.
+        let mut damaged = bytes.clone();
+        *damaged.last_mut().unwrap() ^= 1;
+        let error = container::notes(&damaged).unwrap_err();
+        assert!(error.to_string().contains("damaged"), "{error}");
+        assert_eq!(container::read(&damaged, &Limits::default()).as_ref(), Ok(&image));
+    }
+}
+
+#[test]
+fn violations_before_repair_are_noted() {
+    let noted = |source| {
+        let options = istar::EncodeOptions { texel_size: 8, ..Default::default() };
+        istar::encode_with_notes(&source, &options, |_| ()).unwrap().1.violations_before
+    };
+    assert_eq!(noted(fixtures::discs()), Some(0));
+    assert!(noted(fixtures::stress::voronoi(256, 3000)) > Some(0));
 }
 
 #[test]

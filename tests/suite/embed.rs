@@ -68,3 +68,14 @@ fn a_crowded_cell_gets_finer_texels_and_keeps_its_candidates() {
     let listed: std::collections::BTreeSet<u32> = image.lists.iter().flatten().copied().collect();
     assert_eq!(listed.len(), image.regions.len(), "every region may win somewhere");
 }
+
+#[test]
+fn the_embedding_is_the_same_on_any_number_of_threads() {
+    let source = stress::voronoi(256, 3000);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| fixtures::encoded(&source, 8, Kernel::Quadratic))
+    };
+    let one = on(1);
+    assert!(one == on(2) && one == on(5));
+}

@@ -10,6 +10,7 @@ mod embed;
 mod encode;
 mod fit;
 mod fixtures;
+mod forbid;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod lost;

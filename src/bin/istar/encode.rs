@@ -3,7 +3,7 @@
 use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
 use istar::labels::Connectivity;
-use istar::{EncodeOptions, Gamma, Image, Kernel, container};
+use istar::{EncodeOptions, Forbidden, Gamma, Image, Kernel, container};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -38,6 +38,27 @@ struct Options {
     /// How many neighbours of a pixel may belong to its region
     #[arg(long, value_enum, default_value_t = ConnectivityName::Four)]
     connectivity: ConnectivityName,
+    /// Part regions that must not meet by a layer between them: A and B by VIA, each a label as in 7
+    /// or a colour as in #00ff7f. May be given several times
+    #[arg(long, value_name = "A,B,VIA", value_parser = forbidden)]
+    forbid: Vec<Forbidden>,
+}
+
+fn forbidden(words: &str) -> Result<Forbidden, String> {
+    let classes: Option<Vec<u32>> = words.split(',').map(class).collect();
+    match classes.as_deref() {
+        Some(&[a, b, via]) => Ok(Forbidden { pair: [a, b], via }),
+        _ => Err("give three labels (1,2,3) or colours (#rrggbb,#rrggbb,#rrggbb)".into()),
+    }
+}
+
+/// A label, or a colour of six or eight digits.
+fn class(word: &str) -> Option<u32> {
+    let Some(digits) = word.strip_prefix('#') else { return word.parse().ok() };
+    let digits = if digits.len() == 6 { format!("{digits}ff") } else { digits.into() };
+    let color = u32::from_str_radix(&digits, 16).ok().filter(|_| digits.len() == 8)?;
+    // As `Source` has it: red in the lowest byte, and all that is transparent the same.
+    Some(if color & 0xff == 0 { 0 } else { color.swap_bytes() })
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -81,6 +102,7 @@ pub fn run(args: &Args) -> Outcome {
             ConnectivityName::Four => Connectivity::Face,
             ConnectivityName::Eight => Connectivity::Vertex,
         },
+        forbidden: args.options.forbid.clone(),
         ..EncodeOptions::default()
     };
     let output = files::Output::create(&args.output)?;
@@ -113,9 +135,9 @@ pub fn encode_file(input: &Path, options: &EncodeOptions) -> Result<(Image, Vec<
     let stages = progress::Stages::new();
     stages.set("reading");
     let source = pictures::read_source(input, &options.limits)?;
-    let image = istar::encode(&source, options, |stage| stages.set(stage))
+    let (image, notes) = istar::encode_with_notes(&source, options, |stage| stages.set(stage))
         .map_err(|error| files::at(input, &error))?;
     stages.set("packing");
-    let bytes = container::write(&image).map_err(|error| files::at(input, &error))?;
+    let bytes = container::write_with(&image, &notes).map_err(|error| files::at(input, &error))?;
     Ok((image, bytes))
 }

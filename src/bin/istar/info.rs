@@ -21,6 +21,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Outcome {
     let (image, bytes) = files::read_image(&args.input)?;
     let parts = container::parts(&bytes).map_err(|error| files::at(&args.input, &error))?;
+    let notes = container::notes(&bytes).map_err(|error| files::at(&args.input, &error))?;
     let sizes = texel_sizes(&image);
     let violations = embed::model_violations(&image);
     let seams = raster::seams(&image);
@@ -44,6 +45,8 @@ pub fn run(args: &Args) -> Outcome {
                 "tiles": 1,
                 "levels": 1,
                 "violations": violations,
+                // null where the file does not say.
+                "violations_before_repair": notes.violations_before,
                 "seams": seams,
                 "bytes": bytes.len(),
                 "bytes_by_part": by_part,
@@ -69,7 +72,10 @@ pub fn run(args: &Args) -> Outcome {
     println!("kernel      {}", image.kernel.name());
     println!("gamma       {}", image.gamma.name());
     println!("tiles       1, levels 1");
-    println!("violations  {violations}");
+    match notes.violations_before {
+        Some(before) => println!("violations  {violations}, before repair {before}"),
+        None => println!("violations  {violations}"),
+    }
     println!("seams       {seams}");
     println!("bytes       {}", bytes.len());
     println!("  head      {head}");

@@ -17,6 +17,7 @@ pub fn run(args: &Args) -> Outcome {
     stages.set("reading");
     // Reading checks lengths, checksums, indices and orders.
     let (image, bytes) = files::read_image(&args.input)?;
+    let notes = container::notes(&bytes).map_err(|error| files::at(&args.input, &error))?;
     stages.set("decoding");
     let regions = istar::decode_regions(&image);
     if let Some(pixel) = regions.iter().position(Option::is_none) {
@@ -30,8 +31,9 @@ pub fn run(args: &Args) -> Outcome {
     }
     let (violations, seams) = (embed::model_violations(&image), raster::seams(&image));
     drop(stages);
+    let before = notes.violations_before.map_or(String::new(), |n| format!(" ({n} before repair)"));
     println!(
-        "{}: sound: {} bytes, {} pixels decoded; {violations} violations, {seams} seams",
+        "{}: sound: {} bytes, {} pixels decoded; {violations} violations{before}, {seams} seams",
         args.input.display(),
         bytes.len(),
         regions.len()

@@ -1,0 +1,105 @@
+//! Placing and repair: positions under which every list decodes, or finer cells where there are none.
+
+use super::constraints::{Cells, Constraints, Finder};
+use super::forces::{Unsettled, settle};
+use super::start::start;
+use super::verify::{broken_lists, violations};
+use crate::complex::{CellLists, Dual, Gathered};
+use crate::gamma;
+
+/// Rounds in which nodes move as they are before cells are split, and cells that are single pixels
+/// are left to one region …
+const MOVES: u64 = 3;
+/// … unless more than this share of the lists is broken: then cells are split at once.
+const FEW: f64 = 0.005;
+/// Rounds after which nodes of broken lists, and all around them, begin again from elsewhere.
+const RESTART: u64 = 8;
+
+/// Lists, and positions under which they decode.
+pub struct Embedding {
+    /// The lists, and each block's cells by them.
+    pub gathered: Gathered,
+    /// The regions' positions.
+    pub positions: Vec<[u8; 3]>,
+    /// Constraints that the first positions broke, before any repair.
+    pub violations_before: u32,
+}
+
+/// Places nodes. Where the placing fails, nodes move again and blocks get finer cells, until nothing
+/// fails: where nothing else helps cells become single pixels, each with its own region. Where positions are `settled` for coarser cells, most hold for
+/// finer ones.
+pub fn place(
+    dual: &Dual,
+    cells: &mut CellLists<'_, 2>,
+    settled: Option<Vec<[u8; 3]>>,
+) -> Embedding {
+    let complex = Cells { edges: &dual.edges, faces: &dual.faces, ghosts: &dual.ghosts };
+    let finder = Finder::new(complex);
+    let mut gathered = cells.gather();
+    let mut constraints = Constraints::new(&gathered.lists, &finder);
+    let mut positions = settled.unwrap_or_else(|| {
+        let at = start(&cells.anchors(), 0);
+        let restless = vec![true; dual.regions];
+        settle(Unsettled { at, restless, hurry: true, hubs: false }, &constraints, 0)
+    });
+    let mut violations_before = None;
+    for round in 1.. {
+        let broken = broken_lists(&positions, &constraints);
+        let _ = violations_before.get_or_insert_with(|| match broken.is_empty() {
+            true => 0,
+            false => violations(&positions, &gathered.lists, complex).count(),
+        });
+        if broken.is_empty() {
+            break;
+        }
+        let mut restless = vec![false; dual.regions];
+        let mut at: Vec<gamma::Value<3>> = positions.iter().map(|&x| gamma::value(x)).collect();
+        for &list in &broken {
+            constraints.local(list).nodes.iter().for_each(|&n| restless[n as usize] = true);
+        }
+        if round % RESTART == 0 {
+            let elsewhere = start(&cells.anchors(), round);
+            let core = restless.clone();
+            for node in (0..).zip(&core).filter(|(_, core)| **core).map(|(node, _)| node) {
+                for &list in constraints.of_node(node) {
+                    for &node in constraints.local(list as usize).nodes {
+                        restless[node as usize] = true;
+                        at[node as usize] = elsewhere[node as usize];
+                    }
+                }
+            }
+        }
+        let many = broken.len() as f64 > FEW * constraints.len() as f64;
+        let mut split = false;
+        if many || round % MOVES == 0 {
+            let mut is_broken = vec![false; gathered.lists.len()];
+            broken.iter().for_each(|&list| is_broken[constraints.id(list) as usize] = true);
+            for (block, (_, lists)) in gathered.blocks.iter().enumerate() {
+                let broken: Vec<usize> =
+                    (0..lists.len()).filter(|&cell| is_broken[lists[cell] as usize]).collect();
+                if broken.is_empty() {
+                    continue;
+                }
+                let refined = cells.refine(block);
+                let pinned = !refined && round % MOVES == 0;
+                if pinned {
+                    cells.pin(block, &broken);
+                }
+                if refined || pinned {
+                    split = true;
+                    let nodes = lists.iter().flat_map(|&list| gathered.lists.get(list));
+                    nodes.for_each(|&node| restless[node as usize] = true);
+                }
+            }
+        }
+        if split {
+            gathered = cells.gather();
+            constraints = Constraints::new(&gathered.lists, &finder);
+        }
+        // Nodes start where they are: what holds will hold.
+        let hubs = round % MOVES == MOVES - 1;
+        positions = settle(Unsettled { at, restless, hurry: split, hubs }, &constraints, round);
+    }
+    let violations_before = violations_before.and_then(|n| n.try_into().ok()).unwrap_or(u32::MAX);
+    Embedding { gathered, positions, violations_before }
+}
