@@ -92,11 +92,13 @@ pub fn encode_with_notes(
         stage("fitting texels");
         let mut image = assemble(source, options, &regions, &dual, embedding);
         fit::start(&mut image, &regions);
+        fit::fit(&mut image, &regions);
         stage("looking for what was lost");
         let mut lost = fit::rescue(&mut image, &regions);
         if lost.is_empty() && options.gamma == Gamma::Planes {
             stage("fitting planes");
             embed::fit_planes(&mut image, &regions);
+            fit::refit(&mut image, &regions);
             stage("looking for what was lost");
             lost = fit::rescue(&mut image, &regions);
         }

@@ -26,8 +26,8 @@ pub fn seams<const D: usize, const E: usize>(model: &Model<D, E>) -> usize {
                 pixel[axis] =
                     i64::from((at[axis] << model.block_log2) + (place[axis] + 1) * step) - 1;
                 let mut frac = [0.5; D];
-                // All but 1: the lower cell's own side of the border.
-                frac[axis] = 1.0 - f64::EPSILON;
+                // Exactly 1: the lower cell's own side, with the very same value as the upper's.
+                frac[axis] = 1.0;
                 let below = model.locate(&Point { whole: pixel, frac });
                 pixel[axis] += 1;
                 frac[axis] = 0.0;

@@ -5,16 +5,23 @@ use istar::labels::Source;
 use istar::{EncodeOptions, Error, Kernel, Limits};
 
 #[test]
-fn pictures_come_back_at_the_quality_of_plain_downsampling() {
-    // (picture, texel size, least dB of this encoder, which does not fit texels yet)
-    for (name, texel_size, least) in [("map", 8, 28.0), ("map", 16, 24.0), ("emblem", 8, 26.0)] {
+fn pictures_come_back_at_the_quality_of_fitted_texels() {
+    // (picture, texel size, least dB, most wrong pixels in ten thousand). Averages alone give 30.2,
+    // 27.8, 28.3 and 21.1 dB.
+    let wanted = [
+        ("map", 8, 36.0, 22),
+        ("map", 16, 32.0, 60),
+        ("emblem", 8, 45.0, 1),
+        ("emblem", 16, 32.5, 8),
+    ];
+    for (name, texel_size, least, wrong) in wanted {
         let source = fixtures::gallery(name);
         let image = fixtures::encoded(&source, texel_size, Kernel::Quadratic);
         let result = istar::compare(&image, &source).unwrap();
         assert!(result.psnr > least, "{name}/{texel_size}: {} dB", result.psnr);
-        assert!(result.wrong_pixels * 20 < result.pixels);
+        assert!(result.wrong_pixels * 10_000 <= wrong * result.pixels, "{name}/{texel_size}");
         let boundary = result.boundary_error.unwrap();
-        assert!(boundary.mean < 2.0 && boundary.mean <= boundary.p95, "{boundary:?}");
+        assert!(boundary.mean < 0.5 && boundary.p95 < 2.0, "{boundary:?}");
     }
 }
 

@@ -76,6 +76,18 @@ pub fn encoded_with(source: &Source<2>, texel_size: u32, kernel: Kernel, gamma: 
     istar::encode(source, &options, |_| ()).unwrap()
 }
 
+/// Encodes, and takes back the fit: texels are plain averages, first without planes, then with planes
+/// fitted to them.
+pub fn averaged(source: &Source<2>, texel_size: u32, kernel: Kernel) -> [Image; 2] {
+    let regions =
+        istar::labels::components(source, Default::default(), &Limits::default()).unwrap();
+    let mut voronoi = encoded(source, texel_size, kernel);
+    istar::fit::start(&mut voronoi, &regions);
+    let mut planes = voronoi.clone();
+    istar::embed::fit_planes(&mut planes, &regions);
+    [voronoi, planes]
+}
+
 /// Gives every other edge a plane of its own: the bisector, turned and moved so far that γ has
 /// overlaps and gaps. No encoder would.
 pub fn with_wild_planes(mut image: Image) -> Image {

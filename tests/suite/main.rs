@@ -8,6 +8,7 @@ mod container;
 mod corrupt;
 mod embed;
 mod encode;
+mod fit;
 mod fixtures;
 mod forbid;
 #[cfg(feature = "gpu")]

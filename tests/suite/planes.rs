@@ -69,9 +69,8 @@ fn a_t_junction_is_straighter_with_planes() {
             for dy in [0, 3, 8, 14] {
                 let at = [48 + dx, 48 + dy];
                 let source = tee(at);
-                let bends = [Gamma::Voronoi, Gamma::Planes].map(|gamma| {
-                    bend(&fixtures::encoded_with(&source, TEXEL_SIZE, kernel, gamma), at)
-                });
+                let bends =
+                    fixtures::averaged(&source, TEXEL_SIZE, kernel).map(|image| bend(&image, at));
                 let [voronoi, planes] = &bends;
                 println!(
                     "{} {at:?}: {:.1}° {:.1}°, {:.2} {:.2}",
@@ -104,8 +103,7 @@ fn planes_never_lose_to_bisectors() {
         ("map", fixtures::gallery("map")),
     ];
     for (name, source) in pictures {
-        let encoded = |gamma| fixtures::encoded_with(&source, 8, Kernel::Quadratic, gamma);
-        let (voronoi, planes) = (encoded(Gamma::Voronoi), encoded(Gamma::Planes));
+        let [voronoi, planes] = fixtures::averaged(&source, 8, Kernel::Quadratic);
         let of = |image: &Image| compare(image, &source).unwrap();
         let (before, after) = (of(&voronoi), of(&planes));
         assert!(after.psnr >= before.psnr, "{name}: {} {}", before.psnr, after.psnr);

@@ -1,0 +1,432 @@
+//! What a cell's pixels decode to, now and along a line.
+
+use super::margin::swapped;
+use super::problem::{Cell, Contest, NOBODY, Problem, TAPS, Weights};
+use crate::limits::MAX_CANDIDATES;
+
+/// Steps to either side that are looked at.
+pub(super) const REACH: i32 = 64;
+const BINS: usize = 2 * REACH as usize + 1;
+
+/// Changes of the error from step to step.
+pub(super) struct Steps {
+    /// `[s + REACH]`: how much more is wrong after step s than after s − 1.
+    changes: [i64; BINS + 1],
+}
+
+impl Default for Steps {
+    fn default() -> Self {
+        Steps { changes: [0; BINS + 1] }
+    }
+}
+
+impl Steps {
+    /// Notes that the error grows by `by` when the step goes beyond `at`.
+    #[inline]
+    fn note(&mut self, at: f32, by: i64) {
+        // Rounded down: a cast rounds towards zero, and `floor` is a call on plain x86-64.
+        let bin = ((at + REACH as f32) as i32 + 1).max(0).min(BINS as i32);
+        self.changes[bin as usize] += by;
+    }
+
+    /// The middle of the nearest stretch of steps with least error, and what is gained there.
+    pub fn best(&self) -> Option<(i32, i64)> {
+        let mut errors = [0i64; BINS];
+        let mut sum = 0;
+        for (error, change) in errors.iter_mut().zip(self.changes) {
+            sum += change;
+            *error = sum;
+        }
+        let least = *errors.iter().min()?;
+        let gain = errors[REACH as usize] - least;
+        if gain <= 0 {
+            return None;
+        }
+        let at = (0..BINS as i32)
+            .filter(|&s| errors[s as usize] == least)
+            .min_by_key(|&s| (s - REACH).abs())?;
+        let (mut low, mut high) = (at, at);
+        while low > 0 && errors[low as usize - 1] == least {
+            low -= 1;
+        }
+        while high < BINS as i32 - 1 && errors[high as usize + 1] == least {
+            high += 1;
+        }
+        Some(((low + high) / 2 - REACH, gain))
+    }
+}
+
+fn dot<const E: usize>(a: [f32; E], b: [f32; E]) -> f32 {
+    (0..E).map(|e| a[e] * b[e]).sum()
+}
+
+/// How a scalar that is linear in values varies over a cell: its values at the taps.
+#[derive(Clone, Copy)]
+struct Scalar([f32; TAPS]);
+
+impl Scalar {
+    #[inline]
+    fn line(&self, across: &[f32], along_taps: usize) -> [f32; 3] {
+        let mut line = [0.0; 3];
+        for (i, &w) in across.iter().enumerate() {
+            for k in 0..along_taps {
+                line[k] += w * self.0[i * along_taps + k];
+            }
+        }
+        line
+    }
+}
+
+#[inline]
+fn at(weights: &Weights, line: [f32; 3], x: usize) -> f32 {
+    weights.along[0][x] * line[0] + weights.along[1][x] * line[1] + weights.along[2][x] * line[2]
+}
+
+/// For each candidate how near it is: v · X − |X|² / 2, greatest for the nearest.
+fn nearness<const E: usize>(contest: &Contest<E>, taps: &[[f32; E]; TAPS]) -> Vec<Scalar> {
+    contest
+        .positions
+        .iter()
+        .map(|&(position, half_square)| Scalar(taps.map(|tap| dot(tap, position) - half_square)))
+        .collect()
+}
+
+/// For each pair, p.
+fn depths<const E: usize>(contest: &Contest<E>, taps: &[[f32; E]; TAPS]) -> Vec<Scalar> {
+    let p = |tap, pair: &super::problem::Pair<E>| dot(tap, pair.normal) + pair.offset;
+    contest.pairs.iter().map(|pair| Scalar(taps.map(|tap| p(tap, pair)))).collect()
+}
+
+/// Samples in a row, and what should come out.
+enum Row<'a> {
+    Pixels(&'a [u8]),
+    Border(&'a [u16]),
+}
+
+impl Row<'_> {
+    /// Whether it matters who wins.
+    #[inline]
+    fn matters(&self, x: usize) -> bool {
+        match self {
+            Row::Pixels(labels) => labels[x] != NOBODY,
+            Row::Border(allowed) => allowed[x] != 0,
+        }
+    }
+
+    #[inline]
+    fn cost<const E: usize>(
+        &self,
+        problem: &Problem<E>,
+        contest: &Contest<E>,
+        x: usize,
+        winner: usize,
+    ) -> i64 {
+        match self {
+            Row::Pixels(labels) => {
+                i64::from(contest.costs[labels[x] as usize * contest.nodes.len() + winner])
+            }
+            Row::Border(allowed) => problem.seam_cost * i64::from(allowed[x] >> winner & 1 ^ 1),
+        }
+    }
+}
+
+/// Calls `look` for each row of samples: with its weights across, whether its axes are swapped, and
+/// what should come out.
+fn each_row<'a, const E: usize>(
+    problem: &'a Problem<E>,
+    info: &Cell,
+    labels: &'a [u8],
+    mut look: impl FnMut(&'a [f32], bool, Row<'a>),
+) {
+    let weights = problem.weights(info);
+    let width = weights.along[0].len();
+    for (row, across) in labels.chunks_exact(width).zip(&weights.across) {
+        look(across, false, Row::Pixels(row));
+    }
+    for border in problem.borders(info) {
+        let of_side = &weights.borders[border.axis as usize][border.side as usize];
+        let rows =
+            problem.allowed[border.samples..border.samples + border.count].chunks_exact(width);
+        for (allowed, across) in rows.zip(&of_side.across) {
+            look(across, border.axis == 0, Row::Border(allowed));
+        }
+    }
+}
+
+/// A scalar's taps, and the same with their axes swapped.
+struct Both {
+    plain: Vec<Scalar>,
+    swapped: Vec<Scalar>,
+}
+
+impl Both {
+    fn new(plain: Vec<Scalar>, along_taps: usize) -> Self {
+        let swapped = plain.iter().map(|s| Scalar(swapped(&s.0, along_taps))).collect();
+        Both { plain, swapped }
+    }
+
+    fn get(&self, swapped: bool) -> &[Scalar] {
+        if swapped { &self.swapped } else { &self.plain }
+    }
+}
+
+/// Most scalars of a cell: its pairs.
+const SCALARS: usize = MAX_CANDIDATES * (MAX_CANDIDATES - 1) / 2;
+
+fn scalars<const E: usize>(
+    contest: &Contest<E>,
+    taps: &[[f32; E]; TAPS],
+    along_taps: usize,
+) -> Both {
+    let plain = match (contest.nodes.len(), contest.is_voronoi) {
+        (2, _) | (_, false) => depths(contest, taps),
+        _ => nearness(contest, taps),
+    };
+    Both::new(plain, along_taps)
+}
+
+/// What the wrong pixels of a cell cost, and the seams on its borders.
+pub(super) fn count_errors<const E: usize>(
+    problem: &Problem<E>,
+    cell: usize,
+    taps: &[[f32; E]; TAPS],
+) -> i64 {
+    let info = &problem.cells[cell];
+    let contest = &problem.contests[info.list as usize];
+    let weights = problem.weights(info);
+    let along_taps = problem.kernel.taps();
+    let scalars = scalars(contest, taps, along_taps);
+    let mut sum = 0;
+    if let (2, [pair]) = (contest.nodes.len(), contest.pairs.as_slice()) {
+        each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+            let line = scalars.get(swapped)[0].line(across, along_taps);
+            match row {
+                Row::Pixels(labels) => {
+                    let mut wrong = 0;
+                    for (x, &label) in labels.iter().enumerate() {
+                        let winner = u8::from(at(weights, line, x) < 0.0);
+                        wrong += i64::from(label ^ winner == 1);
+                    }
+                    sum += wrong * i64::from(pair.cost);
+                }
+                Row::Border(allowed) => {
+                    for (x, &allowed) in allowed.iter().enumerate() {
+                        let winner = u16::from(at(weights, line, x) < 0.0);
+                        sum += problem.seam_cost * i64::from(allowed == 2 >> winner);
+                    }
+                }
+            }
+        });
+        return sum;
+    }
+    let count = contest.nodes.len();
+    let mut lines = [[0.0; 3]; SCALARS];
+    each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+        for (line, scalar) in lines.iter_mut().zip(scalars.get(swapped)) {
+            *line = scalar.line(across, along_taps);
+        }
+        for x in 0..weights.along[0].len() {
+            if !row.matters(x) {
+                continue;
+            }
+            let winner = if contest.is_voronoi {
+                let mut best = 0;
+                let mut most = f32::NEG_INFINITY;
+                for (i, &line) in lines.iter().enumerate().take(count) {
+                    let near = at(weights, line, x);
+                    if near > most {
+                        (best, most) = (i, near);
+                    }
+                }
+                best
+            } else {
+                deepest(contest, |k| at(weights, lines[k], x))
+            };
+            sum += row.cost(problem, contest, x, winner);
+        }
+    });
+    sum
+}
+
+/// γ for planes: the candidate whose least p is greatest.
+#[inline]
+fn deepest<const E: usize>(contest: &Contest<E>, p: impl Fn(usize) -> f32) -> usize {
+    let mut depth = [f32::INFINITY; MAX_CANDIDATES];
+    for (k, pair) in contest.pairs.iter().enumerate() {
+        let p = p(k);
+        let (i, j) = (pair.i as usize, pair.j as usize);
+        depth[i] = depth[i].min(p);
+        depth[j] = depth[j].min(-p);
+    }
+    let mut best = 0;
+    for i in 1..contest.nodes.len() {
+        if depth[i] > depth[best] {
+            best = i;
+        }
+    }
+    best
+}
+
+/// Notes how the error of a cell changes when one of its taps moves along `direction`.
+pub(super) fn note_changes<const E: usize>(
+    problem: &Problem<E>,
+    cell: usize,
+    tap: usize,
+    direction: [f32; E],
+    steps: &mut Steps,
+) {
+    let info = &problem.cells[cell];
+    let contest = &problem.contests[info.list as usize];
+    let weights = problem.weights(info);
+    let along_taps = problem.kernel.taps();
+    let taps = problem.taps_at(cell);
+    let reach = REACH as f32;
+    let scalars = scalars(contest, &taps, along_taps);
+    // Along the run of a row, and across it.
+    let plane = along_taps * along_taps;
+    let (k0, k1) = (tap % along_taps, tap / along_taps % along_taps);
+    let parts = |swapped: bool| match swapped {
+        false => (k0, tap / along_taps),
+        true => (k1, k0 + along_taps * (tap / plane)),
+    };
+    if let (2, [pair]) = (contest.nodes.len(), contest.pairs.as_slice()) {
+        let slope = dot(direction, pair.normal);
+        if slope.abs() < 0.01 {
+            return;
+        }
+        each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+            let line = scalars.get(swapped)[0].line(across, along_taps);
+            let (along, row_tap) = parts(swapped);
+            let own = &weights.along[along];
+            let by = across[row_tap] * slope;
+            // Every p of the row lies between those of its three taps.
+            let least = line[..along_taps].iter().fold(f32::INFINITY, |a, &b| a.min(b));
+            let most = line[..along_taps].iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b));
+            if least.max(-most) > reach * by.abs() {
+                return;
+            }
+            for x in 0..own.len() {
+                let p = at(weights, line, x);
+                let by = by * own[x];
+                if p.abs() < reach * by.abs() {
+                    // Which of the two should win, if it matters, and at what cost.
+                    let (first, cost) = match row {
+                        Row::Pixels(labels) if labels[x] != NOBODY => {
+                            (labels[x] == 0, i64::from(pair.cost))
+                        }
+                        Row::Border(allowed) if allowed[x] == 1 || allowed[x] == 2 => {
+                            (allowed[x] == 1, problem.seam_cost)
+                        }
+                        _ => continue,
+                    };
+                    // Beyond the step the first of the two wins if p grows.
+                    steps.note(-p / by, if first == (by > 0.0) { -cost } else { cost });
+                }
+            }
+        });
+        return;
+    }
+    let count = contest.nodes.len();
+    let mut lines = [[0.0; 3]; SCALARS];
+    let mut slopes = [0.0; SCALARS];
+    if contest.is_voronoi {
+        for (slope, (position, _)) in slopes.iter_mut().zip(&contest.positions) {
+            *slope = dot(*position, direction);
+        }
+    } else {
+        for (slope, pair) in slopes.iter_mut().zip(&contest.pairs) {
+            *slope = dot(pair.normal, direction);
+        }
+    }
+    each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+        for (line, scalar) in lines.iter_mut().zip(scalars.get(swapped)) {
+            *line = scalar.line(across, along_taps);
+        }
+        let (along, row_tap) = parts(swapped);
+        let own = &weights.along[along];
+        for x in 0..own.len() {
+            let by = across[row_tap] * own[x];
+            if by * reach < 1e-3 || !row.matters(x) {
+                continue;
+            }
+            let cost = |winner: usize| row.cost(problem, contest, x, winner);
+            if contest.is_voronoi {
+                let near: [f32; MAX_CANDIDATES] = std::array::from_fn(|i| match i < count {
+                    true => at(weights, lines[i], x),
+                    false => 0.0,
+                });
+                note_nearest(&near[..count], &slopes, by, cost, steps);
+            } else {
+                let winner = |step: i32| {
+                    let moved = by * step as f32;
+                    deepest(contest, |k| at(weights, lines[k], x) + moved * slopes[k])
+                };
+                note_deepest(winner, cost, steps);
+            }
+        }
+    });
+}
+
+/// Notes the steps at which one sample's nearest candidate changes; each is `near` by as much, and by
+/// `by` times its slope more after each step.
+#[inline]
+fn note_nearest(
+    near: &[f32],
+    slopes: &[f32],
+    by: f32,
+    cost: impl Fn(usize) -> i64,
+    steps: &mut Steps,
+) {
+    let count = near.len();
+    let mut first = 0;
+    for i in 1..count {
+        if near[i] > near[first] {
+            first = i;
+        }
+    }
+    for side in [1.0, -1.0] {
+        let mut winner = first;
+        let mut from = 0.0f32;
+        // Each change leads to a steeper one: there are fewer than candidates.
+        for _ in 1..count {
+            let mut next = None;
+            let mut least = REACH as f32;
+            for j in 0..count {
+                let gain = side * by * (slopes[j] - slopes[winner]);
+                if gain > 0.0 {
+                    let when = (near[winner] - near[j]) / gain;
+                    if when < least {
+                        (next, least) = (Some(j), when);
+                    }
+                }
+            }
+            let Some(j) = next else { break };
+            from = from.max(least);
+            let change = cost(j) - cost(winner);
+            if change != 0 {
+                steps.note(side * from, if side > 0.0 { change } else { -change });
+            }
+            winner = j;
+        }
+    }
+}
+
+/// Notes the steps at which one sample's `winner` changes, as far as probes show.
+#[inline]
+fn note_deepest(winner: impl Fn(i32) -> usize, cost: impl Fn(usize) -> i64, steps: &mut Steps) {
+    let mut before = (-REACH, winner(-REACH));
+    for step in [-32, -16, -8, -4, -1, 0, 1, 4, 8, 16, 32, REACH] {
+        let after = (step, winner(step));
+        if after.1 != before.1 {
+            let (mut low, mut high) = (before, after);
+            while high.0 - low.0 > 1 {
+                let middle = (low.0 + high.0) / 2;
+                let there = winner(middle);
+                if there == low.1 { low.0 = middle } else { high = (middle, there) }
+            }
+            // Whatever wins in between is passed over.
+            steps.note(low.0 as f32, cost(after.1) - cost(before.1));
+        }
+        before = after;
+    }
+}

@@ -1,0 +1,487 @@
+//! What is fitted: the cells that are not solid, the texels that reach into them, and the pixels that
+//! should come out.
+
+use crate::grid;
+use crate::kernel::Kernel;
+use crate::labels::Regions;
+use crate::model::{Block, Cells, ListId, Located, Model, NodeId};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// The label of a pixel that does not count: it lies outside the picture, or its region is not
+/// listed.
+pub(super) const NOBODY: u8 = u8::MAX;
+
+/// Most taps of a cell that can be fitted: three along each of two axes, two along each of three.
+pub(super) const TAPS: usize = 9;
+
+/// What a seam costs at first: two pixels of black for white.
+const SEAM_COST: i64 = 1 << 17;
+
+/// A cell that is not solid.
+pub(super) struct Cell {
+    pub list: ListId,
+    pub texel_log2: u8,
+    /// Where its pixels start in [`Problem::labels`].
+    pub pixels: usize,
+    /// A bit for each candidate that has pixels here.
+    pub present: u32,
+    /// Its borders in [`Problem::borders`].
+    pub borders: std::ops::Range<u32>,
+}
+
+/// A side of a cell beyond which another list decides, in whole or in part.
+pub(super) struct Border {
+    /// Across this axis.
+    pub axis: u8,
+    /// 0: the lower side; 1: the upper.
+    pub side: u8,
+    /// Where its samples start in [`Problem::allowed`].
+    pub samples: usize,
+    pub count: usize,
+}
+
+/// Two candidates of a list and what parts them.
+pub(super) struct Pair<const E: usize> {
+    pub i: u8,
+    pub j: u8,
+    /// Positive on the side of `i`.
+    pub normal: [f32; E],
+    pub offset: f32,
+    /// What it costs to take one for the other.
+    pub cost: u32,
+}
+
+/// A candidate list as the fit sees it.
+pub(super) struct Contest<const E: usize> {
+    pub nodes: Vec<NodeId>,
+    pub pairs: Vec<Pair<E>>,
+    /// For each node its position, and half the square of its distance from the origin.
+    pub positions: Vec<([f32; E], f32)>,
+    /// What it costs to take one for the other, row by row.
+    pub costs: Vec<u32>,
+    /// Whether all pairs are cut by their bisectors.
+    pub is_voronoi: bool,
+}
+
+/// Cells, texels and pixels, with every texel once however many blocks store it.
+pub(super) struct Problem<const E: usize> {
+    pub kernel: Kernel,
+    pub cells: Vec<Cell>,
+    /// For each cell its taps: which texels reach into it, first axis fastest.
+    pub taps: Vec<u32>,
+    /// Taps of a cell.
+    pub tap_count: usize,
+    /// For each pixel of each cell the place of its region in the cell's list, or [`NOBODY`].
+    pub labels: Vec<u8>,
+    /// Borders, by cell.
+    pub borders: Vec<Border>,
+    /// For each sample of each border, a bit for each candidate of the cell that the other side knows
+    /// too: one of those must win, or there is a seam. 0 where there is nothing to ask.
+    pub allowed: Vec<u16>,
+    /// For each sample, those of them that are pulled up against those that must not win: the region
+    /// that is there, or the only one there can be.
+    pub wanted: Vec<u16>,
+    /// What a seam costs at one sample of a border; black for white is 65536.
+    pub seam_cost: i64,
+    /// By list; empty for solid ones.
+    pub contests: Vec<Contest<E>>,
+    /// The texels.
+    pub texels: Vec<[f32; E]>,
+    /// Texels by colour: texels of one colour share no cell.
+    pub colors: Vec<Vec<u32>>,
+    /// For each texel, where its cells start in `reach`.
+    reach_starts: Vec<u32>,
+    /// Cells, and as which of their taps a texel reaches them.
+    reach: Vec<(u32, u8)>,
+    /// For each block its texels by number; [`u32::MAX`] for those not in use.
+    places: Vec<Vec<u32>>,
+    /// By log₂ of the texel size.
+    weights: BTreeMap<u8, Weights>,
+}
+
+/// Weights of taps at the middles of a cell's pixels.
+pub(super) struct Weights {
+    /// Along the first axis: for each tap, by pixel.
+    pub along: [Vec<f32>; 3],
+    /// For each row of pixels, the weight of each row of taps.
+    pub across: Vec<Vec<f32>>,
+    /// The samples on each side of a cell, by axis and side.
+    pub borders: Vec<[BorderWeights; 2]>,
+}
+
+/// The samples on one side of a cell: middles of the sides of its pixels. Rows run along the first
+/// axis, and across that along the second, as if the two were swapped.
+pub(super) struct BorderWeights {
+    /// For each row of samples, the weight of each row of taps.
+    pub across: Vec<Vec<f32>>,
+    /// For each sample the pixel of the cell that it touches.
+    pub pixels: Vec<u32>,
+}
+
+impl<const E: usize> Problem<E> {
+    /// Takes the cells and texels of `model`; `label_cost` is what a pixel of another region costs
+    /// beyond its colour, as a part of black for white.
+    pub fn new<const D: usize>(
+        model: &Model<D, E>,
+        regions: &Regions<D>,
+        label_cost: f64,
+    ) -> Problem<E> {
+        let contests = (0..model.lists.len() as ListId)
+            .into_par_iter()
+            .map(|list| contest(model, list, label_cost))
+            .collect();
+        let mut problem = Problem {
+            kernel: model.kernel,
+            cells: Vec::new(),
+            taps: Vec::new(),
+            tap_count: model.kernel.taps().pow(D as u32),
+            labels: Vec::new(),
+            borders: Vec::new(),
+            allowed: Vec::new(),
+            wanted: Vec::new(),
+            seam_cost: SEAM_COST,
+            contests,
+            texels: Vec::new(),
+            colors: vec![Vec::new(); model.kernel.taps().pow(D as u32)],
+            reach_starts: Vec::new(),
+            reach: Vec::new(),
+            places: vec![Vec::new(); model.blocks.len()],
+            weights: BTreeMap::new(),
+        };
+        for texel_log2 in 0..=model.block_log2 {
+            problem.add_level(model, regions, texel_log2);
+        }
+        problem.link();
+        problem
+    }
+
+    /// Adds the blocks with one texel size.
+    fn add_level<const D: usize>(
+        &mut self,
+        model: &Model<D, E>,
+        regions: &Regions<D>,
+        texel_log2: u8,
+    ) {
+        let of_level = |block: &Block<E>| matches!(block, Block::Cells(cells) if cells.texel_log2 == texel_log2);
+        if !model.blocks.iter().any(of_level) {
+            return;
+        }
+        self.weights.insert(texel_log2, weights::<D>(self.kernel, texel_log2));
+        let cell_grid = model.cell_grid(texel_log2);
+        let texel_grid = model.texel_grid(texel_log2);
+        let block_grid = model.block_grid();
+        // All texels of this size that the picture could have.
+        let all: [u32; D] =
+            std::array::from_fn(|axis| block_grid[axis] * cell_grid[axis] + self.kernel.texels(0));
+        let mut numbers = vec![u32::MAX; grid::count(all)];
+        for (i, block) in model.blocks.iter().enumerate() {
+            let Block::Cells(cells) = block else { continue };
+            if cells.texel_log2 != texel_log2 {
+                continue;
+            }
+            let at = grid::place(block_grid, i);
+            let used = model.texels_in_use(cells);
+            let mut places = vec![u32::MAX; used.len()];
+            for (local, place) in places.iter_mut().enumerate().filter(|&(local, _)| used[local]) {
+                let within = grid::place(texel_grid, local);
+                let global: [u32; D] =
+                    std::array::from_fn(|axis| at[axis] * cell_grid[axis] + within[axis]);
+                let number = &mut numbers[grid::index(all, global)];
+                if *number == u32::MAX {
+                    *number = self.texels.len() as u32;
+                    self.texels.push(cells.texels[local].map(f32::from));
+                    let taps = self.kernel.taps() as u32;
+                    let color = grid::index([taps; D], global.map(|along| along % taps));
+                    self.colors[color].push(*number);
+                }
+                *place = *number;
+            }
+            self.places[i] = places;
+            self.add_cells(model, regions, i, cells);
+        }
+    }
+
+    fn add_cells<const D: usize>(
+        &mut self,
+        model: &Model<D, E>,
+        regions: &Regions<D>,
+        block: usize,
+        cells: &Cells<E>,
+    ) {
+        let cell_grid = model.cell_grid(cells.texel_log2);
+        let texel_grid = model.texel_grid(cells.texel_log2);
+        let at = grid::place(model.block_grid(), block);
+        let texel_size = 1u32 << cells.texel_log2;
+        for (cell, &list) in grid::places(cell_grid).zip(&cells.lists) {
+            let nodes = &self.contests[list as usize].nodes;
+            if nodes.is_empty() {
+                continue;
+            }
+            let pixels = self.labels.len();
+            let mut present = 0;
+            let mut last = (u32::MAX, NOBODY);
+            for place in grid::places([texel_size; D]) {
+                let pixel: [u32; D] = std::array::from_fn(|axis| {
+                    (at[axis] << model.block_log2) + (cell[axis] << cells.texel_log2) + place[axis]
+                });
+                if (0..D).any(|axis| pixel[axis] >= model.size[axis]) {
+                    self.labels.push(NOBODY);
+                    continue;
+                }
+                let region = regions.labels[grid::index(model.size, pixel)];
+                if region != last.0 {
+                    let is_its = |&node: &NodeId| model.nodes[node as usize].region == Some(region);
+                    let label = nodes.iter().position(is_its).map_or(NOBODY, |i| i as u8);
+                    last = (region, label);
+                    if label != NOBODY {
+                        present |= 1 << label;
+                    }
+                }
+                self.labels.push(last.1);
+            }
+            if present == 0 {
+                self.labels.truncate(pixels);
+                continue;
+            }
+            let taps = grid::places([self.kernel.taps() as u32; D]).map(|tap| {
+                let texel = std::array::from_fn(|axis| cell[axis] + tap[axis]);
+                self.places[block][grid::index(texel_grid, texel)]
+            });
+            self.taps.extend(taps);
+            let from = self.borders.len() as u32;
+            let origin = std::array::from_fn(|axis| {
+                (at[axis] << model.block_log2) + (cell[axis] << cells.texel_log2)
+            });
+            self.add_borders(model, list, origin, cells.texel_log2, pixels);
+            let borders = from..self.borders.len() as u32;
+            self.cells.push(Cell { list, texel_log2: cells.texel_log2, pixels, present, borders });
+        }
+    }
+
+    /// Adds the borders of a cell whose pixels start at `origin`.
+    fn add_borders<const D: usize>(
+        &mut self,
+        model: &Model<D, E>,
+        list: ListId,
+        origin: [u32; D],
+        texel_log2: u8,
+        pixels: usize,
+    ) {
+        let texel_size = 1u32 << texel_log2;
+        let nodes = &self.contests[list as usize].nodes;
+        let all = ((1u32 << nodes.len()) - 1) as u16;
+        for axis in 0..D {
+            for side in 0..2u8 {
+                let weights = &self.weights[&texel_log2].borders[axis][side as usize];
+                let samples = self.allowed.len();
+                let mut differs = false;
+                let mut last = (ListId::MAX, NodeId::MAX, 0u16);
+                for &pixel in &weights.pixels {
+                    let within = grid::place([texel_size; D], pixel as usize);
+                    let mut other: [i64; D] =
+                        std::array::from_fn(|a| i64::from(origin[a] + within[a]));
+                    other[axis] += if side == 0 { -1 } else { 1 };
+                    let label = self.labels[pixels + pixel as usize];
+                    let inside = label != NOBODY;
+                    // Beyond the other side: its list, or its node.
+                    let (other_list, node) = match model
+                        .locate(&grid::Point { whole: other, frac: [0.0; D] })
+                    {
+                        Located::Cell(there) => (
+                            there.cells.lists
+                                [grid::index(model.cell_grid(there.cells.texel_log2), there.cell)],
+                            NodeId::MAX,
+                        ),
+                        Located::Solid(node) => (ListId::MAX, node),
+                        Located::Outside => (list, NodeId::MAX),
+                    };
+                    if !inside || other_list == list {
+                        self.allowed.push(0);
+                        self.wanted.push(0);
+                        continue;
+                    }
+                    if (other_list, node) != (last.0, last.1) || last.2 == 0 {
+                        let theirs: &[NodeId] =
+                            if node == NodeId::MAX { model.lists.get(other_list) } else { &[node] };
+                        let mut mask = 0;
+                        for (i, node) in nodes.iter().enumerate() {
+                            mask |= u16::from(theirs.binary_search(node).is_ok()) << i;
+                        }
+                        last = (other_list, node, mask);
+                    }
+                    let mask = if last.2 == all { 0 } else { last.2 };
+                    differs |= mask != 0;
+                    self.allowed.push(mask);
+                    let there = if mask.is_power_of_two() { mask } else { mask & (1 << label) };
+                    self.wanted.push(there);
+                }
+                if differs {
+                    let count = self.allowed.len() - samples;
+                    self.borders.push(Border { axis: axis as u8, side, samples, count });
+                } else {
+                    self.allowed.truncate(samples);
+                    self.wanted.truncate(samples);
+                }
+            }
+        }
+    }
+
+    /// Notes for each texel the cells it reaches into.
+    fn link(&mut self) {
+        let mut starts = vec![0u32; self.texels.len() + 1];
+        for &texel in &self.taps {
+            starts[texel as usize + 1] += 1;
+        }
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let mut next = starts.clone();
+        let mut reach = vec![(0, 0); self.taps.len()];
+        for (i, &texel) in self.taps.iter().enumerate() {
+            let slot = &mut next[texel as usize];
+            reach[*slot as usize] = ((i / self.tap_count) as u32, (i % self.tap_count) as u8);
+            *slot += 1;
+        }
+        self.reach_starts = starts;
+        self.reach = reach;
+    }
+
+    /// The cells that a texel reaches into, and as which of their taps.
+    pub fn reach(&self, texel: u32) -> &[(u32, u8)] {
+        let texel = texel as usize;
+        &self.reach[self.reach_starts[texel] as usize..self.reach_starts[texel + 1] as usize]
+    }
+
+    /// The texels that reach into a cell.
+    pub fn taps(&self, cell: usize) -> &[u32] {
+        &self.taps[cell * self.tap_count..(cell + 1) * self.tap_count]
+    }
+
+    /// The borders of a cell beyond which another list decides.
+    pub fn borders(&self, cell: &Cell) -> &[Border] {
+        &self.borders[cell.borders.start as usize..cell.borders.end as usize]
+    }
+
+    pub fn weights(&self, cell: &Cell) -> &Weights {
+        &self.weights[&cell.texel_log2]
+    }
+
+    /// The labels of a cell's pixels.
+    pub fn labels(&self, cell: usize) -> &[u8] {
+        let end = self.cells.get(cell + 1).map_or(self.labels.len(), |next| next.pixels);
+        &self.labels[self.cells[cell].pixels..end]
+    }
+
+    /// Writes the texels back, rounded.
+    pub fn store<const D: usize>(&self, model: &mut Model<D, E>) {
+        for (block, places) in model.blocks.iter_mut().zip(&self.places) {
+            let Block::Cells(cells) = block else { continue };
+            for (texel, &place) in cells.texels.iter_mut().zip(places) {
+                if place != u32::MAX {
+                    *texel = self.texels[place as usize].map(|x| (x + 0.5) as u8);
+                }
+            }
+        }
+    }
+}
+
+fn contest<const D: usize, const E: usize>(
+    model: &Model<D, E>,
+    list: ListId,
+    label_cost: f64,
+) -> Contest<E> {
+    let region = |node: NodeId| model.nodes[node as usize].region;
+    let listed = model.lists.get(list);
+    let mut nodes: Vec<NodeId> = Vec::new();
+    if listed.len() > 1 {
+        nodes.extend(listed.iter().copied().filter(|&node| region(node).is_some()));
+    }
+    let position = |node: NodeId| model.nodes[node as usize].position.map(f32::from);
+    let cost = |a: NodeId, b: NodeId| match (region(a), region(b)) {
+        (Some(a), Some(b)) if a != b => {
+            let color = |region: u32| model.regions[region as usize].color;
+            confusion(color(a), color(b), label_cost)
+        }
+        _ => 0,
+    };
+    let mut pairs = Vec::new();
+    let mut is_voronoi = true;
+    for (i, &a) in nodes.iter().enumerate() {
+        for (j, &b) in nodes.iter().enumerate().skip(i + 1) {
+            is_voronoi &= model.edge_plane(a, b).is_none();
+            let Some(plane) = model.plane(a, b) else { continue };
+            let (i, j) = (i as u8, j as u8);
+            let normal = plane.normal.map(|x| x as f32);
+            pairs.push(Pair { i, j, normal, offset: plane.offset as f32, cost: cost(a, b) });
+        }
+    }
+    let costs = nodes.iter().flat_map(|&a| nodes.iter().map(move |&b| cost(a, b))).collect();
+    let half_square = |x: [f32; E]| 0.5 * x.iter().map(|x| x * x).sum::<f32>();
+    let positions = nodes.iter().map(|&n| (position(n), half_square(position(n)))).collect();
+    Contest { nodes, pairs, positions, costs, is_voronoi }
+}
+
+fn weights<const D: usize>(kernel: Kernel, texel_log2: u8) -> Weights {
+    let size = 1u32 << texel_log2;
+    let at = |x: u32| kernel.weights((f64::from(x) + 0.5) / f64::from(size));
+    let along = std::array::from_fn(|tap| (0..size).map(|x| at(x)[tap] as f32).collect());
+    let mut rows = [size; D];
+    rows[0] = 1;
+    let mut taps = [kernel.taps() as u32; D];
+    taps[0] = 1;
+    let across = grid::places(rows)
+        .map(|row| {
+            let weight = |tap: [u32; D]| {
+                (1..D).map(|axis| at(row[axis])[tap[axis] as usize]).product::<f64>() as f32
+            };
+            grid::places(taps).map(weight).collect()
+        })
+        .collect();
+    let border = |axis: usize, side: u32| {
+        // The first axis runs; where the border lies across it, the second.
+        let run = usize::from(axis == 0 && D > 1);
+        let swapped = |place: [u32; D]| {
+            let mut place = place;
+            place.swap(0, run);
+            place
+        };
+        let mut rows = [size; D];
+        rows[axis] = 1;
+        let mut samples = rows;
+        rows[run] = 1;
+        samples.swap(0, run);
+        let across = grid::places(rows)
+            .map(|row| {
+                let weight = |tap: [u32; D]| {
+                    let tap = swapped(tap);
+                    let along = |other: usize| match other == axis {
+                        true => kernel.weights(f64::from(side))[tap[other] as usize],
+                        false => at(row[other])[tap[other] as usize],
+                    };
+                    (0..D).filter(|&a| a != run).map(along).product::<f64>() as f32
+                };
+                grid::places(taps).map(weight).collect()
+            })
+            .collect();
+        let pixels = grid::places(samples)
+            .map(|sample| {
+                let mut place = swapped(sample);
+                place[axis] = side * (size - 1);
+                grid::index([size; D], place) as u32
+            })
+            .collect();
+        BorderWeights { across, pixels }
+    };
+    let borders = (0..D).map(|axis| [border(axis, 0), border(axis, 1)]).collect();
+    Weights { along, across, borders }
+}
+
+/// What it costs where a pixel of one region shows another: the squared difference of the colours as
+/// they are seen on black, in 65536ths of black for white, and `label` of that for being another
+/// region at all.
+fn confusion(a: [u8; 4], b: [u8; 4], label: f64) -> u32 {
+    let seen = |c: [u8; 4], i: usize| f64::from(c[i]) * f64::from(c[3]) / 255.0;
+    let squares: f64 = (0..3).map(|i| (seen(a, i) - seen(b, i)).powi(2)).sum();
+    (65536.0 * (squares / (3.0 * 255.0 * 255.0) + label)).round() as u32 + 1
+}

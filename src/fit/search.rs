@@ -1,0 +1,166 @@
+//! The pattern search (Eq. 5): texels move one at a time, in whole bytes, to where fewest pixels are
+//! wrong. Along a line through value space the error of a pixel changes only where its winner does,
+//! so one look at a texel's pixels tells the error after every step along the line at once.
+
+use super::line::{Steps, count_errors, note_changes};
+use super::problem::{Problem, TAPS};
+use rayon::prelude::*;
+
+/// Directions tried for one texel, its axes not counted.
+const DIRECTIONS: usize = 3;
+/// Two directions nearer than this (as a cosine) are one.
+const SAME: f32 = 0.98;
+
+/// Looks at every texel, at most: more find next to nothing.
+const ROUNDS: usize = 3;
+
+/// What a seam costs at last: more than all pixels that a texel reaches.
+const CLOSING_COST: i64 = 1 << 40;
+
+/// Moves texels until none helps.
+pub(super) fn search<const E: usize>(problem: &mut Problem<E>) {
+    let restless = vec![true; problem.texels.len()];
+    search_from(problem, restless);
+}
+
+/// Moves texels around what seams are left until none is, whatever pixels it costs, as far as single
+/// texels can.
+pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
+    problem.seam_cost = CLOSING_COST;
+    let seams: Vec<usize> = (0..problem.cells.len())
+        .into_par_iter()
+        .with_min_len(64)
+        .filter(|&cell| count_errors(problem, cell, &problem.taps_at(cell)) >= CLOSING_COST)
+        .collect();
+    let mut restless = vec![false; problem.texels.len()];
+    for cell in seams {
+        problem.taps(cell).iter().for_each(|&texel| restless[texel as usize] = true);
+    }
+    search_from(problem, restless);
+}
+
+fn search_from<const E: usize>(problem: &mut Problem<E>, mut restless: Vec<bool>) {
+    for texel in &mut problem.texels {
+        *texel = texel.map(|x| (x + 0.5).floor());
+    }
+    let mut errors: Vec<i64> = (0..problem.cells.len())
+        .into_par_iter()
+        .with_min_len(64)
+        .map(|cell| count_errors(problem, cell, &problem.taps_at(cell)))
+        .collect();
+    let colors = problem.colors.clone();
+    for _ in 0..ROUNDS {
+        let mut any = false;
+        for color in &colors {
+            let moves: Vec<(u32, [f32; E])> = color
+                .par_iter()
+                .with_min_len(16)
+                .filter(|&&texel| restless[texel as usize])
+                .filter_map(|&texel| Some((texel, better(problem, &errors, texel)?)))
+                .collect();
+            for &texel in color {
+                restless[texel as usize] = false;
+            }
+            any |= !moves.is_empty();
+            for &(texel, to) in &moves {
+                problem.texels[texel as usize] = to;
+            }
+            // Texels of a colour share no cell: none is counted twice.
+            let counted: Vec<(u32, i64)> = moves
+                .par_iter()
+                .with_min_len(16)
+                .flat_map_iter(|&(texel, _)| {
+                    problem.reach(texel).iter().map(|&(cell, _)| {
+                        let taps = problem.taps_at(cell as usize);
+                        (cell, count_errors(problem, cell as usize, &taps))
+                    })
+                })
+                .collect();
+            for (cell, error) in counted {
+                errors[cell as usize] = error;
+                for &texel in problem.taps(cell as usize) {
+                    restless[texel as usize] = true;
+                }
+            }
+        }
+        if !any {
+            return;
+        }
+    }
+}
+
+/// Where a texel should go, if anywhere.
+fn better<const E: usize>(problem: &Problem<E>, errors: &[i64], texel: u32) -> Option<[f32; E]> {
+    let reach = problem.reach(texel);
+    let now: i64 = reach.iter().map(|&(cell, _)| errors[cell as usize]).sum();
+    if now == 0 {
+        return None;
+    }
+    let at = problem.texels[texel as usize];
+    let mut found: Vec<(i64, [f32; E])> = Vec::new();
+    for direction in directions(problem, texel) {
+        let mut steps = Steps::default();
+        for &(cell, tap) in reach {
+            note_changes(problem, cell as usize, tap as usize, direction, &mut steps);
+        }
+        let Some((step, gain)) = steps.best() else { continue };
+        let to: [f32; E] = std::array::from_fn(|e| {
+            (at[e] + step as f32 * direction[e] + 0.5).floor().clamp(0.0, 255.0)
+        });
+        if to != at {
+            found.push((gain, to));
+        }
+    }
+    found.sort_by_key(|&(gain, _)| -gain);
+    // Rounded to bytes it may be a little different.
+    found.into_iter().map(|(_, to)| to).find(|&to| {
+        let after: i64 = reach
+            .iter()
+            .map(|&(cell, tap)| {
+                let mut taps = problem.taps_at(cell as usize);
+                taps[tap as usize] = to;
+                count_errors(problem, cell as usize, &taps)
+            })
+            .sum();
+        after < now
+    })
+}
+
+/// The directions that may change a winner: between candidates, and where there are more than two
+/// of those the axes too.
+fn directions<const E: usize>(problem: &Problem<E>, texel: u32) -> Vec<[f32; E]> {
+    let mut found: Vec<[f32; E]> = Vec::new();
+    for &(cell, _) in problem.reach(texel) {
+        let cell = &problem.cells[cell as usize];
+        for pair in &problem.contests[cell.list as usize].pairs {
+            if found.len() == DIRECTIONS {
+                break;
+            }
+            let both = 1 << pair.i | 1 << pair.j;
+            if pair.cost == 0 || cell.present & both != both {
+                continue;
+            }
+            let cosine = |d: &[f32; E]| (0..E).map(|e| d[e] * pair.normal[e]).sum::<f32>().abs();
+            if !found.iter().any(|d| cosine(d) > SAME) {
+                found.push(pair.normal);
+            }
+        }
+    }
+    if found.len() != 1 {
+        for e in 0..E {
+            found.push(std::array::from_fn(|x| f32::from(u8::from(x == e))));
+        }
+    }
+    found
+}
+
+impl<const E: usize> Problem<E> {
+    /// The values of a cell's taps.
+    pub(super) fn taps_at(&self, cell: usize) -> [[f32; E]; TAPS] {
+        let mut at = [[0.0; E]; TAPS];
+        for (at, &texel) in at.iter_mut().zip(self.taps(cell)) {
+            *at = self.texels[texel as usize];
+        }
+        at
+    }
+}

@@ -1,0 +1,65 @@
+//! Fitted texels: what they gain, what they leave alone, and borders without seams.
+
+use crate::fixtures;
+use istar::model::{Block, Image};
+use istar::{Kernel, compare, fit, raster};
+
+/// A wavy boundary between two regions, and a third in a corner.
+fn waves() -> istar::labels::Source<2> {
+    fixtures::painted([256, 256], |x, y| {
+        let wave = 128.0 + 40.0 * (f64::from(x) / 30.0).sin();
+        match f64::from(y) > wave {
+            true if x > 190 => 3,
+            true => 2,
+            false => 1,
+        }
+    })
+}
+
+/// Places at which texels that two blocks share differ.
+fn torn(image: &Image) -> usize {
+    let mut known = std::collections::BTreeMap::new();
+    let mut torn = 0;
+    for (i, block) in image.blocks.iter().enumerate() {
+        let Block::Cells(cells) = block else { continue };
+        let at = istar::grid::place(image.block_grid(), i);
+        let cell_grid = image.cell_grid(cells.texel_log2);
+        let used = image.texels_in_use(cells);
+        for (k, &texel) in cells.texels.iter().enumerate().filter(|&(k, _)| used[k]) {
+            let within = istar::grid::place(image.texel_grid(cells.texel_log2), k);
+            let place = [0, 1].map(|axis| at[axis] * cell_grid[axis] + within[axis]);
+            torn += usize::from(*known.entry((cells.texel_log2, place)).or_insert(texel) != texel);
+        }
+    }
+    torn
+}
+
+#[test]
+fn fitting_leaves_a_fifth_of_the_wrong_pixels_and_no_seams() {
+    for kernel in [Kernel::Quadratic, Kernel::Linear] {
+        for (name, source) in [("waves", waves()), ("discs", fixtures::discs())] {
+            let [average, _] = fixtures::averaged(&source, 16, kernel);
+            let fitted = fixtures::encoded(&source, 16, kernel);
+            let wrong = |image| compare(image, &source).unwrap().wrong_pixels;
+            let (before, after) = (wrong(&average), wrong(&fitted));
+            assert!(after * 5 <= before, "{name} {}: {before} {after}", kernel.name());
+            assert_eq!(raster::seams(&fitted), 0, "{name} {}", kernel.name());
+            assert_eq!(torn(&fitted), 0, "{name}: blocks disagree about a texel they share");
+        }
+    }
+}
+
+#[test]
+fn texels_are_the_same_on_any_number_of_threads() {
+    let source = fixtures::gallery("emblem");
+    let regions =
+        istar::labels::components(&source, Default::default(), &Default::default()).unwrap();
+    let [average, _] = fixtures::averaged(&source, 32, Kernel::Quadratic);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut image = average.clone();
+        pool.install(|| fit::fit(&mut image, &regions));
+        image.blocks
+    };
+    assert!(on(1) == on(3));
+}
