@@ -89,12 +89,17 @@ pub fn encode_with_notes(
         let embedding = embed::place(&dual, &mut cells, settled);
         settled = Some(embedding.positions.clone());
         notes.violations_before = notes.violations_before.or(Some(embedding.violations_before));
-        stage("fitting texels");
         let mut image = assemble(source, options, &regions, &dual, embedding);
         fit::start(&mut image, &regions);
-        fit::fit(&mut image, &regions);
+        // Most of what needs finer texels shows before the fit, which takes longer.
         stage("looking for what was lost");
         let mut lost = fit::rescue(&mut image, &regions);
+        if lost.is_empty() {
+            stage("fitting texels");
+            fit::fit(&mut image, &regions);
+            stage("looking for what was lost");
+            lost = fit::rescue(&mut image, &regions);
+        }
         if lost.is_empty() && options.gamma == Gamma::Planes {
             stage("fitting planes");
             embed::fit_planes(&mut image, &regions);
