@@ -103,17 +103,19 @@ export async function zoomTo(page, x, y, scale) {
 export async function timedMouse(page) {
   const session = await page.context().newCDPSession(page);
   const start = Date.now();
-  const send = (type, buttons, clickCount) => (x, y, at, modifiers = 0) =>
-    session.send('Input.dispatchMouseEvent', {
-      type,
-      x,
-      y,
-      buttons,
-      button: clickCount || buttons ? 'left' : 'none',
-      clickCount,
-      modifiers,
-      timestamp: (start + at) / 1000,
-    });
+  const send =
+    (type, buttons, clickCount) =>
+    (x, y, at, modifiers = 0) =>
+      session.send('Input.dispatchMouseEvent', {
+        type,
+        x,
+        y,
+        buttons,
+        button: clickCount || buttons ? 'left' : 'none',
+        clickCount,
+        modifiers,
+        timestamp: (start + at) / 1000,
+      });
   return {
     press: send('mousePressed', 1, 1),
     drag: send('mouseMoved', 1, 0),
