@@ -137,7 +137,7 @@ fn assemble(
     options: &EncodeOptions,
     regions: &Regions<2>,
     dual: &Dual,
-    embedding: Embedding,
+    embedding: Embedding<3>,
 ) -> Image {
     let Embedding { gathered: Gathered { lists, blocks }, positions, .. } = embedding;
     let blocks = blocks
