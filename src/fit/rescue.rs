@@ -1,6 +1,7 @@
 //! No region is lost: where one is seen at no pixel, the texels around its best pixel are pushed until
 //! it is.
 
+use super::close_seams;
 use crate::embed::Cut;
 use crate::gamma::{Value, dot};
 use crate::grid::{self, Point};
@@ -18,6 +19,10 @@ const FREE_ROUNDS: u32 = 16;
 const PROGRESS: f64 = 0.8;
 /// … and rounds after them, in which a push that loses as many regions as it finds is taken back.
 const CAREFUL_ROUNDS: u32 = 2;
+/// Times that borders are closed after pushes: closing may lose a region, and pushing open a border.
+const CLOSINGS: usize = 4;
+/// A region seen at no more pixels than these keeps one while borders are closed.
+const SCARCE: u32 = 8;
 /// Pixels of a lost region that are looked at.
 const LOOKS: usize = 256;
 /// Projections onto a node's wedge; they end earlier where it is reached.
@@ -36,24 +41,13 @@ pub fn rescue<const D: usize, const E: usize>(
     regions: &Regions<D>,
 ) -> Vec<[u32; D]> {
     let mut rescuer = Rescuer::new(model, regions);
-    let mut lost = rescuer.lost();
-    let (mut free, mut careful) = (FREE_ROUNDS, CAREFUL_ROUNDS);
-    while !lost.is_empty() && careful > 0 {
-        for (&region, pixels) in &lost {
-            // A push for another one may have found it.
-            if rescuer.seen[region as usize] == 0 {
-                rescuer.find(region, pixels, free == 0);
-            }
+    let mut lost = rescuer.find_all();
+    for _ in 0..CLOSINGS {
+        if !lost.is_empty() || !std::mem::take(&mut rescuer.has_pushed) {
+            break;
         }
-        let before = lost.len();
-        lost = rescuer.lost();
-        if free == 0 {
-            careful -= 1;
-        } else if lost.len() as f64 > PROGRESS * before as f64 {
-            free = 0;
-        } else {
-            free -= 1;
-        }
+        rescuer.close();
+        lost = rescuer.find_all();
     }
     lost.iter().filter_map(|(&region, pixels)| rescuer.easiest(region, pixels)).collect()
 }
@@ -71,6 +65,8 @@ struct Rescuer<'a, const D: usize, const E: usize> {
     decoded: Vec<RegionId>,
     /// Pixels at which each region is decoded.
     seen: Vec<u32>,
+    /// Whether texels were pushed since borders were closed.
+    has_pushed: bool,
 }
 
 /// The texel size and whereabouts of a cell, counted over the whole picture.
@@ -93,7 +89,65 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         decoded.iter().for_each(|&region| seen[region as usize] += 1);
         let mut pixels = vec![0; regions.classes.len()];
         regions.labels.iter().for_each(|&region| pixels[region as usize] += 1);
-        Rescuer { model, cuts, regions, pixels, decoded, seen }
+        Rescuer { model, cuts, regions, pixels, decoded, seen, has_pushed: false }
+    }
+
+    /// Pushes until no region is lost, or it does not get better. Returns those that are.
+    fn find_all(&mut self) -> BTreeMap<RegionId, Vec<usize>> {
+        let mut lost = self.lost();
+        let (mut free, mut careful) = (FREE_ROUNDS, CAREFUL_ROUNDS);
+        while !lost.is_empty() && careful > 0 {
+            for (&region, pixels) in &lost {
+                // A push for another one may have found it.
+                if self.seen[region as usize] == 0 {
+                    self.find(region, pixels, free == 0);
+                }
+            }
+            let before = lost.len();
+            lost = self.lost();
+            if free == 0 {
+                careful -= 1;
+            } else if lost.len() as f64 > PROGRESS * before as f64 {
+                free = 0;
+            } else {
+                free -= 1;
+            }
+        }
+        lost
+    }
+
+    /// Closes the seams that pushes opened. Regions that are seen at few pixels keep one of them.
+    fn close(&mut self) {
+        let mut is_scarce: Vec<bool> =
+            self.seen.iter().map(|&seen| (1..=SCARCE).contains(&seen)).collect();
+        let mut keep = Vec::new();
+        for pixel in 0..self.decoded.len() {
+            let region = self.decoded[pixel] as usize;
+            if !is_scarce[region] {
+                continue;
+            }
+            let at = grid::place(self.model.size, pixel);
+            is_scarce[region] = false;
+            let Some(place) = self.place(at) else { continue };
+            let first = place.cell.map(|along| along << place.texel_log2);
+            let within = std::array::from_fn(|axis| at[axis] - first[axis]);
+            let within = grid::index([1 << place.texel_log2; D], within) as u32;
+            // As long as each region has one node, and that has the region's number.
+            keep.push((grid::index(self.model.size, first), within, region as NodeId));
+        }
+        let texels = |block: &Block<E>| match block {
+            Block::Cells(cells) => cells.texels.clone(),
+            Block::Solid(_) => Vec::new(),
+        };
+        let before: Vec<Vec<[u8; E]>> = self.model.blocks.iter().map(texels).collect();
+        close_seams(self.model, self.regions, &keep);
+        for (block, before) in before.into_iter().enumerate() {
+            if matches!(&self.model.blocks[block], Block::Cells(cells) if cells.texels != before) {
+                let at = grid::place(self.model.block_grid(), block);
+                let from = at.map(|along| along << self.model.block_log2);
+                self.decode_box(from, from.map(|along| along + (1 << self.model.block_log2)));
+            }
+        }
     }
 
     /// The regions that should be seen and are not, with some of their pixels.
@@ -135,6 +189,7 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
     fn find(&mut self, region: RegionId, pixels: &[usize], careful: bool) {
         let Some(at) = self.easiest(region, pixels) else { return };
         let Some(place) = self.place(at) else { return };
+        self.has_pushed = true;
         let before = careful.then(|| self.texels(place));
         for _ in 0..PUSHES {
             match self.push(region, at) {
@@ -279,12 +334,16 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
     /// Decodes again what the texels of a cell reach. Returns how many more regions are found than lost.
     fn decode_around(&mut self, place: Place<D>) -> i64 {
         let reach = self.model.kernel.taps() as u32 - 1;
-        let size = self.model.size;
         let from = place.cell.map(|cell| cell.saturating_sub(reach) << place.texel_log2);
-        let to: [u32; D] = std::array::from_fn(|axis| {
-            ((place.cell[axis] + reach + 1) << place.texel_log2).min(size[axis])
-        });
-        let extent: [u32; D] = std::array::from_fn(|axis| to[axis] - from[axis]);
+        let to = place.cell.map(|cell| (cell + reach + 1) << place.texel_log2);
+        self.decode_box(from, to)
+    }
+
+    /// Decodes again the pixels from `from` up to `to`. Returns how many more regions are found than
+    /// lost.
+    fn decode_box(&mut self, from: [u32; D], to: [u32; D]) -> i64 {
+        let size = self.model.size;
+        let extent: [u32; D] = std::array::from_fn(|axis| to[axis].min(size[axis]) - from[axis]);
         let mut balance = 0;
         for place in grid::places(extent) {
             let at: [u32; D] = std::array::from_fn(|axis| from[axis] + place[axis]);
