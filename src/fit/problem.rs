@@ -43,9 +43,10 @@ pub(super) struct Border {
     pub count: usize,
 }
 
-/// A place where cells of different texel sizes meet: what interpolates there differs.
+/// A place where two cells meet that may decode to different nodes although both know them: cells of
+/// different texel sizes interpolate differently, and with planes the other candidates count too.
 pub(super) struct Joint {
-    /// On the finer side, and on the coarser.
+    /// On the finer side, and on the coarser, if one is.
     pub sides: [Sample; 2],
 }
 
@@ -100,7 +101,7 @@ pub(super) struct Problem<const E: usize> {
     /// For each sample, those of them that are pulled up against those that must not win: the region
     /// that is there, or the only one there can be.
     pub wanted: Vec<u16>,
-    /// Where cells of different texel sizes meet.
+    /// Where two cells must agree.
     pub joints: Vec<Joint>,
     /// One side of each of them: the axis and the lower pixel, and the sample.
     halves: Vec<((u8, usize), Sample)>,
@@ -316,9 +317,14 @@ impl<const E: usize> Problem<E> {
                     let label = self.labels[pixels + pixel as usize];
                     let inside = label != NOBODY;
                     let beyond = model.locate(&grid::Point { whole: other, frac: [0.0; D] });
-                    // The lower of the two pixels, where texels of two sizes meet.
+                    // The lower of the two pixels, where the two sides may disagree about a node
+                    // that both know: interpolated differently, or, with planes, beside others.
                     let joint = match &beyond {
-                        Located::Cell(there) if inside && there.cells.texel_log2 != texel_log2 => {
+                        Located::Cell(there)
+                            if inside
+                                && (there.cells.texel_log2 != texel_log2
+                                    || !model.planes.is_empty()) =>
+                        {
                             let lower = std::array::from_fn(|a| {
                                 origin[a] + within[a] - u32::from(a == axis && side == 0)
                             });
@@ -337,7 +343,9 @@ impl<const E: usize> Problem<E> {
                         Located::Outside => (list, NodeId::MAX),
                     };
                     if !inside || other_list == list {
-                        if let Some(place) = joint {
+                        let is_same = |there: &Cells<E>| there.texel_log2 == texel_log2;
+                        let is_other = |there: &Located<'_, D, E>| matches!(there, Located::Cell(there) if !is_same(there.cells));
+                        if let (Some(place), true) = (joint, is_other(&beyond)) {
                             self.halves.push((place, half(0, self.allowed.len())));
                             differs = true;
                         }

@@ -21,8 +21,8 @@ const PROGRESS: f64 = 0.8;
 const CAREFUL_ROUNDS: u32 = 2;
 /// Times that borders are closed after pushes: closing may lose a region, and pushing open a border.
 const CLOSINGS: usize = 4;
-/// A region seen at no more pixels than these keeps one while borders are closed.
-const SCARCE: u32 = 8;
+/// A region seen at no more pixels than these keeps the middle one while borders are closed.
+const SCARCE: u32 = 256;
 /// Pixels of a lost region that are looked at.
 const LOOKS: usize = 256;
 /// Projections onto a node's wedge; they end earlier where it is reached.
@@ -118,22 +118,24 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
 
     /// Closes the seams that pushes opened. Regions that are seen at few pixels keep one of them.
     fn close(&mut self) {
-        let mut is_scarce: Vec<bool> =
-            self.seen.iter().map(|&seen| (1..=SCARCE).contains(&seen)).collect();
+        // For each region, how many of its pixels come before the one that it keeps.
+        let is_scarce = |seen: u32| (1..=SCARCE).contains(&seen);
+        let mut before: Vec<Option<u32>> =
+            self.seen.iter().map(|&seen| is_scarce(seen).then_some(seen / 2)).collect();
         let mut keep = Vec::new();
-        for pixel in 0..self.decoded.len() {
-            let region = self.decoded[pixel] as usize;
-            if !is_scarce[region] {
+        for (pixel, &region) in self.decoded.iter().enumerate() {
+            let Some(left) = before[region as usize] else { continue };
+            before[region as usize] = left.checked_sub(1);
+            if left > 0 {
                 continue;
             }
             let at = grid::place(self.model.size, pixel);
-            is_scarce[region] = false;
             let Some(place) = self.place(at) else { continue };
             let first = place.cell.map(|along| along << place.texel_log2);
             let within = std::array::from_fn(|axis| at[axis] - first[axis]);
             let within = grid::index([1 << place.texel_log2; D], within) as u32;
             // As long as each region has one node, and that has the region's number.
-            keep.push((grid::index(self.model.size, first), within, region as NodeId));
+            keep.push((grid::index(self.model.size, first), within, region));
         }
         let texels = |block: &Block<E>| match block {
             Block::Cells(cells) => cells.texels.clone(),

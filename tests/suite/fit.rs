@@ -49,6 +49,27 @@ fn fitting_leaves_a_fifth_of_the_wrong_pixels_and_no_seams() {
     }
 }
 
+/// Texel sizes of a picture's blocks.
+fn sizes(image: &Image) -> std::collections::BTreeSet<u8> {
+    let size = |block: &Block<3>| match block {
+        Block::Cells(cells) => Some(cells.texel_log2),
+        Block::Solid(_) => None,
+    };
+    image.blocks.iter().filter_map(size).collect()
+}
+
+#[test]
+fn there_is_no_seam_where_texel_sizes_meet() {
+    let map = fixtures::gallery("map");
+    for (name, source) in [("star", fixtures::star(256, 24)), ("map", map)] {
+        let image = fixtures::encoded(&source, 16, Kernel::Quadratic);
+        assert!(sizes(&image).len() > 1, "{name}: texels of one size");
+        assert_eq!(raster::seams(&image), 0, "{name}");
+        assert_eq!(istar::embed::model_violations(&image), 0, "{name}");
+        assert_eq!(torn(&image), 0, "{name}");
+    }
+}
+
 #[test]
 fn texels_are_the_same_on_any_number_of_threads() {
     let source = fixtures::gallery("emblem");
