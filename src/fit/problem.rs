@@ -317,21 +317,19 @@ impl<const E: usize> Problem<E> {
                     let label = self.labels[pixels + pixel as usize];
                     let inside = label != NOBODY;
                     let beyond = model.locate(&grid::Point { whole: other, frac: [0.0; D] });
+                    let (is_cell, is_other_size) = match &beyond {
+                        Located::Cell(there) => (true, there.cells.texel_log2 != texel_log2),
+                        _ => (false, false),
+                    };
                     // The lower of the two pixels, where the two sides may disagree about a node
                     // that both know: interpolated differently, or, with planes, beside others.
-                    let joint = match &beyond {
-                        Located::Cell(there)
-                            if inside
-                                && (there.cells.texel_log2 != texel_log2
-                                    || !model.planes.is_empty()) =>
-                        {
-                            let lower = std::array::from_fn(|a| {
-                                origin[a] + within[a] - u32::from(a == axis && side == 0)
-                            });
-                            Some((axis as u8, grid::index(model.size, lower)))
-                        }
-                        _ => None,
-                    };
+                    let may_differ = is_other_size || is_cell && !model.planes.is_empty();
+                    let joint = (inside && may_differ).then(|| {
+                        let lower = std::array::from_fn(|a| {
+                            origin[a] + within[a] - u32::from(a == axis && side == 0)
+                        });
+                        (axis as u8, grid::index(model.size, lower))
+                    });
                     // Beyond the other side: its list, or its node.
                     let (other_list, node) = match beyond {
                         Located::Cell(there) => (
@@ -343,9 +341,7 @@ impl<const E: usize> Problem<E> {
                         Located::Outside => (list, NodeId::MAX),
                     };
                     if !inside || other_list == list {
-                        let is_same = |there: &Cells<E>| there.texel_log2 == texel_log2;
-                        let is_other = |there: &Located<'_, D, E>| matches!(there, Located::Cell(there) if !is_same(there.cells));
-                        if let (Some(place), true) = (joint, is_other(&beyond)) {
+                        if let Some(place) = joint.filter(|_| is_other_size) {
                             self.halves.push((place, half(0, self.allowed.len())));
                             differs = true;
                         }
