@@ -49,7 +49,9 @@ mod wasm_topology;
 
 pub use camera::{Camera, MAX_SCALE};
 #[cfg(feature = "encode")]
-pub use compare::{BoundaryError, Comparison, compare, decode_regions};
+pub use compare::{
+    BoundaryError, Comparison, RegionComparison, compare, compare_by_region, decode_regions,
+};
 #[cfg(feature = "encode")]
 pub use complex::Topology;
 #[cfg(feature = "encode")]
