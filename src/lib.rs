@@ -39,6 +39,8 @@ pub mod fit;
 mod forbid;
 #[cfg(feature = "encode")]
 pub mod labels;
+#[cfg(feature = "encode")]
+mod target;
 
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -63,3 +65,5 @@ pub use gamma::Gamma;
 pub use kernel::Kernel;
 pub use limits::{Limits, MAX_CANDIDATES, MAX_REGIONS};
 pub use model::{Image, Model};
+#[cfg(feature = "encode")]
+pub use target::{Chosen, Target, encode_to};
