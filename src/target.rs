@@ -147,7 +147,7 @@ mod tests {
         let mut tried = Vec::new();
         let best = search(&sizes, start, |texel_size| {
             tried.push(texel_size);
-            let (image, notes) = (image.clone(), notes.clone());
+            let image = image.clone();
             let chosen = Chosen { image, notes, texel_size, psnr: None };
             Ok(Attempt {
                 chosen,
