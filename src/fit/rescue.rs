@@ -32,7 +32,8 @@ const PUSHES: usize = 4;
 
 /// Makes every region seen at the middle of at least one pixel, if it has as many pixels as a texel
 /// where most of it lies (with texels of up to 2 pixels: any region), by changing texels as little as
-/// it takes. Texels that blocks share stay equal.
+/// it takes. Texels that blocks share stay equal. Where borders were `closed` by a fit, what this
+/// opens is closed again.
 ///
 /// Returns, for each region for which that was not enough, the pixel where least is missing: there
 /// finer texels are due.
