@@ -1,6 +1,6 @@
 //! The whole way from a source to a model: the only place that knows every stage.
 
-use crate::complex::{CellLists, Dual, Gathered, dual};
+use crate::complex::{CellLists, Dual, Gathered, dual, merge_specks};
 use crate::container::Notes;
 use crate::embed::{self, Embedding};
 use crate::error::{Error, Result};
@@ -15,6 +15,9 @@ use crate::model::{Block, Cells, Image, Node, Region};
 /// log₂ of the width of a block.
 const BLOCK_LOG2: u8 = 6;
 
+/// The texel sizes there are, the coarsest first.
+pub(crate) const TEXEL_SIZES: [u32; 6] = [64, 32, 16, 8, 4, 2];
+
 /// What the caller may choose.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EncodeOptions {
@@ -27,6 +30,9 @@ pub struct EncodeOptions {
     pub gamma: Gamma,
     /// Which neighbours of a pixel may belong to its region.
     pub connectivity: Connectivity,
+    /// Regions of fewer pixels become a part of the neighbour with which they share the longest
+    /// boundary, the smallest first; 0 keeps all. A comparison is with the source as it was.
+    pub min_region: u32,
     /// Classes that must not meet; a class may be a layer in one rule and be parted in another.
     pub forbidden: Vec<Forbidden>,
     /// Caps on the source.
@@ -40,6 +46,7 @@ impl Default for EncodeOptions {
             kernel: Kernel::default(),
             gamma: Gamma::default(),
             connectivity: Connectivity::default(),
+            min_region: 0,
             forbidden: Vec::new(),
             limits: Limits::default(),
         }
@@ -70,42 +77,83 @@ pub fn encode_with_notes(
     options: &EncodeOptions,
     mut stage: impl FnMut(&'static str),
 ) -> Result<(Image, Notes)> {
-    let texel_log2 = options.texel_size.trailing_zeros() as u8;
-    if !options.texel_size.is_power_of_two() || !(1..=BLOCK_LOG2).contains(&texel_log2) {
-        return Err(Error::Usage(format!(
-            "texel size {} is not one of 2, 4, 8, 16, 32, 64",
-            options.texel_size
-        )));
+    check_texel_size(options.texel_size)?;
+    Prepared::new(source, options, &mut stage)?.encode(options.texel_size, &mut stage)
+}
+
+fn check_texel_size(texel_size: u32) -> Result<()> {
+    if TEXEL_SIZES.contains(&texel_size) {
+        return Ok(());
     }
-    stage("finding regions");
-    let regions = components(source, options.connectivity, &options.limits)?;
-    stage("finding what meets");
-    let dual = dual(&regions);
-    let mut cells = CellLists::new(&regions, BLOCK_LOG2, texel_log2);
+    Err(Error::Usage(format!("texel size {texel_size} is not one of 2, 4, 8, 16, 32, 64")))
+}
+
+/// What encodings of one picture with any texel size have in common.
+pub(crate) struct Prepared<'a> {
+    source: &'a Source<2>,
+    options: &'a EncodeOptions,
+    regions: Regions<2>,
+    dual: Dual,
+}
+
+impl<'a> Prepared<'a> {
+    pub(crate) fn new(
+        source: &'a Source<2>,
+        options: &'a EncodeOptions,
+        stage: &mut impl FnMut(&'static str),
+    ) -> Result<Self> {
+        stage("finding regions");
+        let EncodeOptions { connectivity, min_region, limits, .. } = options;
+        let mut regions = components(source, *connectivity, limits)?;
+        if *min_region > 1 {
+            regions = merge_specks(regions, *connectivity, *min_region, limits)?;
+        }
+        stage("finding what meets");
+        let dual = dual(&regions);
+        Ok(Prepared { source, options, regions, dual })
+    }
+
+    /// The image with one of [`TEXEL_SIZES`], whatever the options say.
+    pub(crate) fn encode(
+        &self,
+        texel_size: u32,
+        stage: &mut impl FnMut(&'static str),
+    ) -> Result<(Image, Notes)> {
+        encode_at(self, texel_size.trailing_zeros() as u8, stage)
+    }
+}
+
+fn encode_at(
+    prepared: &Prepared,
+    texel_log2: u8,
+    stage: &mut impl FnMut(&'static str),
+) -> Result<(Image, Notes)> {
+    let Prepared { source, options, regions, dual } = prepared;
+    let mut cells = CellLists::new(regions, BLOCK_LOG2, texel_log2);
     let mut settled = None;
     let mut notes = Notes::default();
     loop {
         stage("placing nodes");
-        let embedding = embed::place(&dual, &mut cells, settled);
+        let embedding = embed::place(dual, &mut cells, settled);
         settled = Some(embedding.positions.clone());
         notes.violations_before = notes.violations_before.or(Some(embedding.violations_before));
-        let mut image = assemble(source, options, &regions, &dual, embedding);
-        fit::start(&mut image, &regions);
+        let mut image = assemble(source, options, regions, dual, embedding);
+        fit::start(&mut image, regions);
         // Most of what needs finer texels shows before the fit, which takes longer.
         stage("looking for what was lost");
-        let mut lost = fit::rescue(&mut image, &regions);
+        let mut lost = fit::rescue(&mut image, regions, false);
         if lost.is_empty() {
             stage("fitting texels");
-            fit::fit(&mut image, &regions);
+            fit::fit(&mut image, regions);
             stage("looking for what was lost");
-            lost = fit::rescue(&mut image, &regions);
+            lost = fit::rescue(&mut image, regions, true);
         }
         if lost.is_empty() && options.gamma == Gamma::Planes {
             stage("fitting planes");
-            embed::fit_planes(&mut image, &regions);
-            fit::refit(&mut image, &regions);
+            embed::fit_planes(&mut image, regions);
+            fit::refit(&mut image, regions);
             stage("looking for what was lost");
-            lost = fit::rescue(&mut image, &regions);
+            lost = fit::rescue(&mut image, regions, true);
         }
         if !lost.is_empty() {
             cells.refine_at(&lost);
@@ -113,7 +161,7 @@ pub fn encode_with_notes(
         }
         if !options.forbidden.is_empty() {
             stage("parting what must not meet");
-            let mut classes = regions.classes;
+            let mut classes = regions.classes.clone();
             forbid_classes(&mut image, &mut classes, source, &options.forbidden)?;
         }
         return Ok((image, notes));
@@ -137,7 +185,7 @@ fn assemble(
     options: &EncodeOptions,
     regions: &Regions<2>,
     dual: &Dual,
-    embedding: Embedding,
+    embedding: Embedding<3>,
 ) -> Image {
     let Embedding { gathered: Gathered { lists, blocks }, positions, .. } = embedding;
     let blocks = blocks

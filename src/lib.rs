@@ -39,6 +39,8 @@ pub mod fit;
 mod forbid;
 #[cfg(feature = "encode")]
 pub mod labels;
+#[cfg(feature = "encode")]
+mod target;
 
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -49,7 +51,9 @@ mod wasm_topology;
 
 pub use camera::{Camera, MAX_SCALE};
 #[cfg(feature = "encode")]
-pub use compare::{BoundaryError, Comparison, compare, decode_regions};
+pub use compare::{
+    BoundaryError, Comparison, RegionComparison, compare, compare_by_region, decode_regions,
+};
 #[cfg(feature = "encode")]
 pub use complex::Topology;
 #[cfg(feature = "encode")]
@@ -61,3 +65,5 @@ pub use gamma::Gamma;
 pub use kernel::Kernel;
 pub use limits::{Limits, MAX_CANDIDATES, MAX_REGIONS};
 pub use model::{Image, Model};
+#[cfg(feature = "encode")]
+pub use target::{Chosen, Target, encode_to};

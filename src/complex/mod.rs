@@ -11,6 +11,7 @@ mod incidence;
 mod nesting;
 mod primal;
 mod simplices;
+mod specks;
 mod topology;
 
 pub use adjacency::Adjacency;
@@ -22,4 +23,5 @@ pub use dual::{Dual, dual};
 pub use incidence::{EdgeId, FaceId, Incidence, VolumeId};
 pub use nesting::{Loop, LoopId, Nesting};
 pub use primal::{Chain, ChainId, Dart, Junction, JunctionId, Primal};
+pub use specks::merge_specks;
 pub use topology::Topology;

@@ -16,11 +16,11 @@ const FEW: f64 = 0.005;
 const RESTART: u64 = 8;
 
 /// Lists, and positions under which they decode.
-pub struct Embedding {
+pub struct Embedding<const E: usize> {
     /// The lists, and each block's cells by them.
     pub gathered: Gathered,
     /// The regions' positions.
-    pub positions: Vec<[u8; 3]>,
+    pub positions: Vec<[u8; E]>,
     /// Constraints that the first positions broke, before any repair.
     pub violations_before: u32,
 }
@@ -28,11 +28,13 @@ pub struct Embedding {
 /// Places nodes. Where the placing fails, nodes move again and blocks get finer cells, until nothing
 /// fails: where nothing else helps cells become single pixels, each with its own region. Where positions are `settled` for coarser cells, most hold for
 /// finer ones.
-pub fn place(
+///
+/// E is D + 1: the least in which nodes and edges need not meet by necessity (paper, section 5.1).
+pub fn place<const D: usize, const E: usize>(
     dual: &Dual,
-    cells: &mut CellLists<'_, 2>,
-    settled: Option<Vec<[u8; 3]>>,
-) -> Embedding {
+    cells: &mut CellLists<'_, D>,
+    settled: Option<Vec<[u8; E]>>,
+) -> Embedding<E> {
     let complex = Cells { edges: &dual.edges, faces: &dual.faces, ghosts: &dual.ghosts };
     let finder = Finder::new(complex);
     let mut gathered = cells.gather();
@@ -53,7 +55,7 @@ pub fn place(
             break;
         }
         let mut restless = vec![false; dual.regions];
-        let mut at: Vec<gamma::Value<3>> = positions.iter().map(|&x| gamma::value(x)).collect();
+        let mut at: Vec<gamma::Value<E>> = positions.iter().map(|&x| gamma::value(x)).collect();
         for &list in &broken {
             constraints.local(list).nodes.iter().for_each(|&n| restless[n as usize] = true);
         }

@@ -1,7 +1,7 @@
 //! What a cell's pixels decode to, now and along a line.
 
 use super::margin::swapped;
-use super::problem::{Cell, Contest, NOBODY, Problem, TAPS, Weights};
+use super::problem::{Border, Cell, Contest, NOBODY, Problem, TAPS, Weights};
 use crate::limits::MAX_CANDIDATES;
 
 /// Steps to either side that are looked at.
@@ -217,7 +217,7 @@ pub(super) fn count_errors<const E: usize>(
                 }
             }
         });
-        return sum;
+        return sum + count_unguarded(problem, cell, &scalars);
     }
     let count = contest.nodes.len();
     let mut lines = [[0.0; 3]; SCALARS];
@@ -245,7 +245,94 @@ pub(super) fn count_errors<const E: usize>(
             sum += row.cost(problem, contest, x, winner);
         }
     });
-    sum
+    sum + count_unguarded(problem, cell, &scalars)
+}
+
+/// What it costs that pixels lost their regions that must not: as much as seams.
+fn count_unguarded<const E: usize>(problem: &Problem<E>, cell: usize, scalars: &Both) -> i64 {
+    let Some(guards) = problem.guards.get(&(cell as u32)) else { return 0 };
+    let info = &problem.cells[cell];
+    let weights = problem.weights(info);
+    let width = weights.along[0].len();
+    let lost = |&&(pixel, wanted): &&(u32, u8)| {
+        let (row, x) = (pixel as usize / width, pixel as usize % width);
+        let across = &weights.across[row];
+        winner(problem, info, scalars.get(false), across, x) != usize::from(wanted)
+    };
+    problem.seam_cost * guards.iter().filter(lost).count() as i64
+}
+
+/// The candidate that wins at sample `x` of a row.
+fn winner<const E: usize>(
+    problem: &Problem<E>,
+    info: &Cell,
+    scalars: &[Scalar],
+    across: &[f32],
+    x: usize,
+) -> usize {
+    let contest = &problem.contests[info.list as usize];
+    let weights = problem.weights(info);
+    let value = |k: usize| at(weights, scalars[k].line(across, problem.kernel.taps()), x);
+    let count = contest.nodes.len();
+    if count == 2 && contest.pairs.len() == 1 {
+        return usize::from(value(0) < 0.0);
+    }
+    if !contest.is_voronoi {
+        return deepest(contest, value);
+    }
+    let mut best = (0, f32::NEG_INFINITY);
+    for i in 0..count {
+        let near = value(i);
+        if near > best.1 {
+            best = (i, near);
+        }
+    }
+    best.0
+}
+
+/// The candidate that wins at a sample of a cell's border, by its place in [`Problem::allowed`].
+pub(super) fn border_winner<const E: usize>(
+    problem: &Problem<E>,
+    cell: usize,
+    sample: usize,
+) -> Option<usize> {
+    let info = &problem.cells[cell];
+    let (border, row, x) = place(problem, info, sample)?;
+    let contest = &problem.contests[info.list as usize];
+    let scalars = scalars(contest, &problem.taps_at(cell), problem.kernel.taps());
+    let of_side = &problem.weights(info).borders[border.axis as usize][border.side as usize];
+    Some(winner(problem, info, scalars.get(border.axis == 0), &of_side.across[row], x))
+}
+
+/// The weights of a cell's taps at a sample of its border.
+pub(super) fn border_weights<const E: usize>(
+    problem: &Problem<E>,
+    cell: usize,
+    sample: usize,
+) -> [f32; TAPS] {
+    let info = &problem.cells[cell];
+    let mut at = [0.0; TAPS];
+    let Some((border, row, x)) = place(problem, info, sample) else { return at };
+    let weights = problem.weights(info);
+    let across = &weights.borders[border.axis as usize][border.side as usize].across[row];
+    let along_taps = problem.kernel.taps();
+    for (tap, at) in at.iter_mut().enumerate().take(problem.tap_count) {
+        *at = weights.along[tap % along_taps][x] * across[tap / along_taps];
+    }
+    if border.axis == 0 { swapped(&at, along_taps) } else { at }
+}
+
+/// The border, row and place in the row of a sample of one of a cell's borders.
+fn place<'a, const E: usize>(
+    problem: &'a Problem<E>,
+    info: &Cell,
+    sample: usize,
+) -> Option<(&'a Border, usize, usize)> {
+    let holds = |b: &&Border| (b.samples..b.samples + b.count).contains(&sample);
+    let border = problem.borders(info).iter().find(holds)?;
+    let width = problem.weights(info).along[0].len();
+    let within = sample - border.samples;
+    Some((border, within / width, within % width))
 }
 
 /// γ for planes: the candidate whose least p is greatest.

@@ -4,6 +4,7 @@
 //! of the planes between nodes (a convex problem), and then one at a time to where fewest pixels are
 //! wrong; [`rescue`] sees to it that no region is lost.
 
+mod close;
 mod init;
 mod line;
 mod margin;
@@ -15,7 +16,7 @@ pub use init::start;
 pub use rescue::rescue;
 
 use crate::labels::Regions;
-use crate::model::Model;
+use crate::model::{Model, NodeId};
 use problem::Problem;
 
 /// What a pixel of another region costs whatever its colour, as a part of black for white: two regions
@@ -30,7 +31,7 @@ pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Re
     let mut problem = Problem::new(model, regions, LABEL_COST);
     margin::fit_margins(&mut problem);
     search::search(&mut problem);
-    search::close(&mut problem);
+    close::close(&mut problem);
     problem.store(model);
 }
 
@@ -38,6 +39,19 @@ pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Re
 pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
     let mut problem = Problem::new(model, regions, LABEL_COST);
     search::search(&mut problem);
-    search::close(&mut problem);
+    close::close(&mut problem);
+    problem.store(model);
+}
+
+/// Closes seams in a model whose texels were changed. `keep` are pixels at which nodes keep winning:
+/// see [`close::guard`].
+fn close_seams<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    regions: &Regions<D>,
+    keep: &[(usize, u32, NodeId)],
+) {
+    let mut problem = Problem::new(model, regions, LABEL_COST);
+    close::guard(&mut problem, keep);
+    close::close(&mut problem);
     problem.store(model);
 }

@@ -22,6 +22,8 @@ const SEAM_COST: i64 = 1 << 17;
 pub(super) struct Cell {
     pub list: ListId,
     pub texel_log2: u8,
+    /// Its first pixel in the picture.
+    pub origin: usize,
     /// Where its pixels start in [`Problem::labels`].
     pub pixels: usize,
     /// A bit for each candidate that has pixels here.
@@ -39,6 +41,23 @@ pub(super) struct Border {
     /// Where its samples start in [`Problem::allowed`].
     pub samples: usize,
     pub count: usize,
+}
+
+/// A place where two cells meet that may decode to different nodes although both know them: cells of
+/// different texel sizes interpolate differently, and with planes the other candidates count too.
+pub(super) struct Joint {
+    /// On the finer side, and on the coarser, if one is.
+    pub sides: [Sample; 2],
+}
+
+/// A sample of a cell's border.
+#[derive(Clone, Copy)]
+pub(super) struct Sample {
+    pub cell: u32,
+    /// Its place in [`Problem::allowed`].
+    pub sample: u32,
+    /// What is allowed whatever the other side decodes.
+    pub allowed: u16,
 }
 
 /// Two candidates of a list and what parts them.
@@ -82,6 +101,12 @@ pub(super) struct Problem<const E: usize> {
     /// For each sample, those of them that are pulled up against those that must not win: the region
     /// that is there, or the only one there can be.
     pub wanted: Vec<u16>,
+    /// Where two cells must agree.
+    pub joints: Vec<Joint>,
+    /// One side of each of them: the axis and the lower pixel, and the sample.
+    halves: Vec<((u8, usize), Sample)>,
+    /// For cells: pixels, and the candidates that must win there as much as there must be no seam.
+    pub guards: BTreeMap<u32, Vec<(u32, u8)>>,
     /// What a seam costs at one sample of a border; black for white is 65536.
     pub seam_cost: i64,
     /// By list; empty for solid ones.
@@ -140,6 +165,9 @@ impl<const E: usize> Problem<E> {
             borders: Vec::new(),
             allowed: Vec::new(),
             wanted: Vec::new(),
+            joints: Vec::new(),
+            halves: Vec::new(),
+            guards: BTreeMap::new(),
             seam_cost: SEAM_COST,
             contests,
             texels: Vec::new(),
@@ -153,6 +181,7 @@ impl<const E: usize> Problem<E> {
             problem.add_level(model, regions, texel_log2);
         }
         problem.link();
+        problem.join();
         problem
     }
 
@@ -255,7 +284,8 @@ impl<const E: usize> Problem<E> {
             });
             self.add_borders(model, list, origin, cells.texel_log2, pixels);
             let borders = from..self.borders.len() as u32;
-            self.cells.push(Cell { list, texel_log2: cells.texel_log2, pixels, present, borders });
+            let (texel_log2, origin) = (cells.texel_log2, grid::index(model.size, origin));
+            self.cells.push(Cell { list, texel_log2, origin, pixels, present, borders });
         }
     }
 
@@ -271,6 +301,8 @@ impl<const E: usize> Problem<E> {
         let texel_size = 1u32 << texel_log2;
         let nodes = &self.contests[list as usize].nodes;
         let all = ((1u32 << nodes.len()) - 1) as u16;
+        let cell = self.cells.len() as u32;
+        let half = |allowed: u16, sample: usize| Sample { cell, sample: sample as u32, allowed };
         for axis in 0..D {
             for side in 0..2u8 {
                 let weights = &self.weights[&texel_log2].borders[axis][side as usize];
@@ -284,10 +316,22 @@ impl<const E: usize> Problem<E> {
                     other[axis] += if side == 0 { -1 } else { 1 };
                     let label = self.labels[pixels + pixel as usize];
                     let inside = label != NOBODY;
+                    let beyond = model.locate(&grid::Point { whole: other, frac: [0.0; D] });
+                    let (is_cell, is_other_size) = match &beyond {
+                        Located::Cell(there) => (true, there.cells.texel_log2 != texel_log2),
+                        _ => (false, false),
+                    };
+                    // The lower of the two pixels, where the two sides may disagree about a node
+                    // that both know: interpolated differently, or, with planes, beside others.
+                    let may_differ = is_other_size || is_cell && !model.planes.is_empty();
+                    let joint = (inside && may_differ).then(|| {
+                        let lower = std::array::from_fn(|a| {
+                            origin[a] + within[a] - u32::from(a == axis && side == 0)
+                        });
+                        (axis as u8, grid::index(model.size, lower))
+                    });
                     // Beyond the other side: its list, or its node.
-                    let (other_list, node) = match model
-                        .locate(&grid::Point { whole: other, frac: [0.0; D] })
-                    {
+                    let (other_list, node) = match beyond {
                         Located::Cell(there) => (
                             there.cells.lists
                                 [grid::index(model.cell_grid(there.cells.texel_log2), there.cell)],
@@ -297,6 +341,10 @@ impl<const E: usize> Problem<E> {
                         Located::Outside => (list, NodeId::MAX),
                     };
                     if !inside || other_list == list {
+                        if let Some(place) = joint.filter(|_| is_other_size) {
+                            self.halves.push((place, half(0, self.allowed.len())));
+                            differs = true;
+                        }
                         self.allowed.push(0);
                         self.wanted.push(0);
                         continue;
@@ -311,6 +359,10 @@ impl<const E: usize> Problem<E> {
                         last = (other_list, node, mask);
                     }
                     let mask = if last.2 == all { 0 } else { last.2 };
+                    if let Some(place) = joint {
+                        self.halves.push((place, half(mask, self.allowed.len())));
+                        differs = true;
+                    }
                     differs |= mask != 0;
                     self.allowed.push(mask);
                     let there = if mask.is_power_of_two() { mask } else { mask & (1 << label) };
@@ -323,6 +375,18 @@ impl<const E: usize> Problem<E> {
                     self.allowed.truncate(samples);
                     self.wanted.truncate(samples);
                 }
+            }
+        }
+    }
+
+    /// Puts together the two sides of each joint.
+    fn join(&mut self) {
+        let mut halves = std::mem::take(&mut self.halves);
+        // Finer ones came first and stay so.
+        halves.sort_by_key(|&(place, _)| place);
+        for pair in halves.windows(2) {
+            if pair[0].0 == pair[1].0 {
+                self.joints.push(Joint { sides: [pair[0].1, pair[1].1] });
             }
         }
     }

@@ -1,6 +1,7 @@
 //! No region is lost: where one is seen at no pixel, the texels around its best pixel are pushed until
 //! it is.
 
+use super::close_seams;
 use crate::embed::Cut;
 use crate::gamma::{Value, dot};
 use crate::grid::{self, Point};
@@ -18,6 +19,10 @@ const FREE_ROUNDS: u32 = 16;
 const PROGRESS: f64 = 0.8;
 /// … and rounds after them, in which a push that loses as many regions as it finds is taken back.
 const CAREFUL_ROUNDS: u32 = 2;
+/// Times that borders are closed after pushes: closing may lose a region, and pushing open a border.
+const CLOSINGS: usize = 4;
+/// A region seen at no more pixels than these keeps the middle one while borders are closed.
+const SCARCE: u32 = 256;
 /// Pixels of a lost region that are looked at.
 const LOOKS: usize = 256;
 /// Projections onto a node's wedge; they end earlier where it is reached.
@@ -27,36 +32,25 @@ const PUSHES: usize = 4;
 
 /// Makes every region seen at the middle of at least one pixel, if it has as many pixels as a texel
 /// where most of it lies (with texels of up to 2 pixels: any region), by changing texels as little as
-/// it takes. Texels that blocks share stay equal.
+/// it takes. Texels that blocks share stay equal. Where borders were `closed` by a fit, what this
+/// opens is closed again.
 ///
 /// Returns, for each region for which that was not enough, the pixel where least is missing: there
 /// finer texels are due.
 pub fn rescue<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     regions: &Regions<D>,
+    closed: bool,
 ) -> Vec<[u32; D]> {
     let mut rescuer = Rescuer::new(model, regions);
-    let mut lost = rescuer.lost();
-    let (mut free, mut careful) = (FREE_ROUNDS, CAREFUL_ROUNDS);
-    while !lost.is_empty() && careful > 0 {
-        for (&region, pixels) in &lost {
-            // A push for another one may have found it.
-            if rescuer.seen[region as usize] == 0 {
-                rescuer.find(region, pixels, free == 0);
-            }
+    let mut lost = rescuer.find_all();
+    for _ in 0..if closed { CLOSINGS } else { 0 } {
+        if !lost.is_empty() || !std::mem::take(&mut rescuer.has_pushed) {
+            break;
         }
-        let before = lost.len();
-        lost.retain(|&region, _| rescuer.seen[region as usize] == 0);
-        rescuer.add_newly_lost(&mut lost);
-        if free == 0 {
-            careful -= 1;
-        } else if lost.len() as f64 > PROGRESS * before as f64 {
-            free = 0;
-        } else {
-            free -= 1;
-        }
+        rescuer.close();
+        lost = rescuer.find_all();
     }
-    let lost = rescuer.lost();
     lost.iter().filter_map(|(&region, pixels)| rescuer.easiest(region, pixels)).collect()
 }
 
@@ -73,8 +67,10 @@ struct Rescuer<'a, const D: usize, const E: usize> {
     decoded: Vec<RegionId>,
     /// Pixels at which each region is decoded.
     seen: Vec<u32>,
-    /// Regions that a push lost, and where it was.
-    newly: BTreeMap<RegionId, Place<D>>,
+    /// Regions that a push lost, and the pixels among which it was: from, and how many along each axis.
+    newly: BTreeMap<RegionId, ([u32; D], [u32; D])>,
+    /// Whether texels were pushed since borders were closed.
+    has_pushed: bool,
 }
 
 /// The texel size and whereabouts of a cell, counted over the whole picture.
@@ -97,7 +93,71 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         decoded.iter().for_each(|&region| seen[region as usize] += 1);
         let mut pixels = vec![0; regions.classes.len()];
         regions.labels.iter().for_each(|&region| pixels[region as usize] += 1);
-        Rescuer { model, cuts, regions, pixels, decoded, seen, newly: BTreeMap::new() }
+        let newly = BTreeMap::new();
+        Rescuer { model, cuts, regions, pixels, decoded, seen, newly, has_pushed: false }
+    }
+
+    /// Pushes until no region is lost, or it does not get better. Returns those that are.
+    fn find_all(&mut self) -> BTreeMap<RegionId, Vec<usize>> {
+        self.newly.clear();
+        let mut lost = self.lost();
+        let (mut free, mut careful) = (FREE_ROUNDS, CAREFUL_ROUNDS);
+        while !lost.is_empty() && careful > 0 {
+            for (&region, pixels) in &lost {
+                // A push for another one may have found it.
+                if self.seen[region as usize] == 0 {
+                    self.find(region, pixels, free == 0);
+                }
+            }
+            let before = lost.len();
+            lost.retain(|&region, _| self.seen[region as usize] == 0);
+            self.add_newly_lost(&mut lost);
+            if free == 0 {
+                careful -= 1;
+            } else if lost.len() as f64 > PROGRESS * before as f64 {
+                free = 0;
+            } else {
+                free -= 1;
+            }
+        }
+        // All of them: pixels elsewhere count too.
+        self.lost()
+    }
+
+    /// Closes the seams that pushes opened. Regions that are seen at few pixels keep one of them.
+    fn close(&mut self) {
+        // For each region, how many of its pixels come before the one that it keeps.
+        let is_scarce = |seen: u32| (1..=SCARCE).contains(&seen);
+        let mut before: Vec<Option<u32>> =
+            self.seen.iter().map(|&seen| is_scarce(seen).then_some(seen / 2)).collect();
+        let mut keep = Vec::new();
+        for (pixel, &region) in self.decoded.iter().enumerate() {
+            let Some(left) = before[region as usize] else { continue };
+            before[region as usize] = left.checked_sub(1);
+            if left > 0 {
+                continue;
+            }
+            let at = grid::place(self.model.size, pixel);
+            let Some(place) = self.place(at) else { continue };
+            let first = place.cell.map(|along| along << place.texel_log2);
+            let within = std::array::from_fn(|axis| at[axis] - first[axis]);
+            let within = grid::index([1 << place.texel_log2; D], within) as u32;
+            // As long as each region has one node, and that has the region's number.
+            keep.push((grid::index(self.model.size, first), within, region));
+        }
+        let texels = |block: &Block<E>| match block {
+            Block::Cells(cells) => cells.texels.clone(),
+            Block::Solid(_) => Vec::new(),
+        };
+        let before: Vec<Vec<[u8; E]>> = self.model.blocks.iter().map(texels).collect();
+        close_seams(self.model, self.regions, &keep);
+        for (block, before) in before.into_iter().enumerate() {
+            if matches!(&self.model.blocks[block], Block::Cells(cells) if cells.texels != before) {
+                let at = grid::place(self.model.block_grid(), block);
+                let from = at.map(|along| along << self.model.block_log2);
+                self.decode_box(from, from.map(|along| along + (1 << self.model.block_log2)));
+            }
+        }
     }
 
     /// The regions that should be seen and are not, with some of their pixels.
@@ -117,12 +177,11 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
 
     /// Adds the regions that pushes lost since this was called last.
     fn add_newly_lost(&mut self, lost: &mut BTreeMap<RegionId, Vec<usize>>) {
-        for (region, place) in std::mem::take(&mut self.newly) {
+        for (region, (from, extent)) in std::mem::take(&mut self.newly) {
             if self.seen[region as usize] > 0 || lost.contains_key(&region) {
                 continue;
             }
             let size = self.model.size;
-            let (from, extent) = self.reach(place);
             let pixels: Vec<usize> = grid::places(extent)
                 .map(|step| {
                     let at: [u32; D] = std::array::from_fn(|axis| from[axis] + step[axis]);
@@ -168,6 +227,7 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
     fn find(&mut self, region: RegionId, pixels: &[usize], careful: bool) {
         let Some(at) = self.easiest(region, pixels) else { return };
         let Some(place) = self.place(at) else { return };
+        self.has_pushed = true;
         let before = careful.then(|| self.texels(place));
         for _ in 0..PUSHES {
             match self.push(region, at) {
@@ -311,7 +371,17 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
 
     /// Decodes again what the texels of a cell reach. Returns how many more regions are found than lost.
     fn decode_around(&mut self, place: Place<D>) -> i64 {
-        let (from, extent) = self.reach(place);
+        let reach = self.model.kernel.taps() as u32 - 1;
+        let from = place.cell.map(|cell| cell.saturating_sub(reach) << place.texel_log2);
+        let to = place.cell.map(|cell| (cell + reach + 1) << place.texel_log2);
+        self.decode_box(from, to)
+    }
+
+    /// Decodes again the pixels from `from` up to `to`. Returns how many more regions are found than
+    /// lost.
+    fn decode_box(&mut self, from: [u32; D], to: [u32; D]) -> i64 {
+        let size = self.model.size;
+        let extent: [u32; D] = std::array::from_fn(|axis| to[axis].min(size[axis]) - from[axis]);
         let mut balance = 0;
         for step in grid::places(extent) {
             let at: [u32; D] = std::array::from_fn(|axis| from[axis] + step[axis]);
@@ -322,24 +392,13 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
                 self.seen[known as usize] -= 1;
                 if self.seen[known as usize] == 0 {
                     balance -= 1;
-                    self.newly.insert(known, place);
+                    self.newly.insert(known, (from, extent));
                 }
                 balance += i64::from(self.seen[region as usize] == 0);
                 self.seen[region as usize] += 1;
             }
         }
         balance
-    }
-
-    /// The pixels that the texels of a cell reach: the first, and how many along each axis.
-    fn reach(&self, place: Place<D>) -> ([u32; D], [u32; D]) {
-        let reach = self.model.kernel.taps() as u32 - 1;
-        let from = place.cell.map(|cell| cell.saturating_sub(reach) << place.texel_log2);
-        let extent = std::array::from_fn(|axis| {
-            let to = (place.cell[axis] + reach + 1) << place.texel_log2;
-            to.min(self.model.size[axis]) - from[axis]
-        });
-        (from, extent)
     }
 }
 

@@ -14,40 +14,32 @@ const SAME: f32 = 0.98;
 /// Looks at every texel, at most: more find next to nothing.
 const ROUNDS: usize = 3;
 
-/// What a seam costs at last: more than all pixels that a texel reaches.
-const CLOSING_COST: i64 = 1 << 40;
-
 /// Moves texels until none helps.
 pub(super) fn search<const E: usize>(problem: &mut Problem<E>) {
-    let restless = vec![true; problem.texels.len()];
-    search_from(problem, restless);
-}
-
-/// Moves texels around what seams are left until none is, whatever pixels it costs, as far as single
-/// texels can.
-pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
-    problem.seam_cost = CLOSING_COST;
-    let seams: Vec<usize> = (0..problem.cells.len())
-        .into_par_iter()
-        .with_min_len(64)
-        .filter(|&cell| count_errors(problem, cell, &problem.taps_at(cell)) >= CLOSING_COST)
-        .collect();
-    let mut restless = vec![false; problem.texels.len()];
-    for cell in seams {
-        problem.taps(cell).iter().for_each(|&texel| restless[texel as usize] = true);
-    }
-    search_from(problem, restless);
-}
-
-fn search_from<const E: usize>(problem: &mut Problem<E>, mut restless: Vec<bool>) {
     for texel in &mut problem.texels {
         *texel = texel.map(|x| (x + 0.5).floor());
     }
-    let mut errors: Vec<i64> = (0..problem.cells.len())
+    let restless = vec![true; problem.texels.len()];
+    let mut errors = all_errors(problem);
+    search_from(problem, restless, &mut errors);
+}
+
+/// The errors of all cells.
+pub(super) fn all_errors<const E: usize>(problem: &Problem<E>) -> Vec<i64> {
+    (0..problem.cells.len())
         .into_par_iter()
         .with_min_len(64)
         .map(|cell| count_errors(problem, cell, &problem.taps_at(cell)))
-        .collect();
+        .collect()
+}
+
+/// Moves the texels that are `restless`, and those around them, until none helps. `errors` are those of
+/// all cells and stay so.
+pub(super) fn search_from<const E: usize>(
+    problem: &mut Problem<E>,
+    mut restless: Vec<bool>,
+    errors: &mut [i64],
+) {
     let colors = problem.colors.clone();
     for _ in 0..ROUNDS {
         let mut any = false;
@@ -56,7 +48,7 @@ fn search_from<const E: usize>(problem: &mut Problem<E>, mut restless: Vec<bool>
                 .par_iter()
                 .with_min_len(16)
                 .filter(|&&texel| restless[texel as usize])
-                .filter_map(|&texel| Some((texel, better(problem, &errors, texel)?)))
+                .filter_map(|&texel| Some((texel, better(problem, errors, texel)?)))
                 .collect();
             for &texel in color {
                 restless[texel as usize] = false;

@@ -131,6 +131,128 @@ fn encode_compare_info_verify_decode_and_render_work_together() {
 }
 
 #[test]
+fn a_quality_or_a_number_of_bytes_chooses_the_texel_size() {
+    let folder = Folder::new();
+    let (png, file) = (crop_png(&folder), folder.path("crop.istar"));
+    let (png, file) = (text(&png), text(&file));
+    let encode = ["encode", png, "-o", file, "--json"];
+    // (texel size, bytes, dB), the coarsest first.
+    let sizes = ["64", "32", "16", "8", "4", "2"];
+    let each = sizes.map(|size| {
+        let bytes = json(&[&encode[..], &["--texel-size", size]].concat())["bytes"].clone();
+        let psnr = json(&["compare", file, png, "--json"])["psnr"].as_f64().unwrap();
+        (size, bytes.as_u64().unwrap(), psnr)
+    });
+    for i in 0..sizes.len() {
+        let (size, bytes, psnr) = each[i];
+        for (knob, value) in [
+            ("--psnr", (psnr - 0.001).to_string()),
+            ("--max-bytes", bytes.to_string()),
+            ("--max-bytes", (each.get(i + 1).map_or(1 << 20, |next| next.1) - 1).to_string()),
+        ] {
+            let told = json(&[&encode[..], &[knob, &value]].concat());
+            assert_eq!(told["texel_size"].to_string(), size, "{knob} {value}");
+            assert_eq!(
+                (&told["bytes"], std::fs::metadata(file).unwrap().len()),
+                (&bytes.into(), bytes)
+            );
+        }
+    }
+
+    // What cannot be had: the best there is and a note, or one line that says what there is.
+    let best = istar(&[&encode[..], &["--psnr", "120"]].concat());
+    let stderr = String::from_utf8(best.stderr).unwrap();
+    assert!(best.status.success() && stderr.contains("120 dB cannot be reached"), "{stderr}");
+    assert!(stderr.contains(&format!("{:.2} dB, at texel size 2", each[5].2)), "{stderr}");
+    std::fs::remove_file(file).unwrap();
+    let (size, bytes, _) = each[0];
+    let told = format!(
+        "cannot be encoded in 99 bytes: the smallest file has {bytes}, at texel size {size}"
+    );
+    fail(&["encode", png, "-o", file, "--max-bytes", "99"], &told);
+    assert_eq!(folder.names(), ["crop.png"]);
+}
+
+/// A grey picture of 40×40 pixels: two halves, 50 and 200, with specks of one and of nine pixels.
+fn specks_png(folder: &Folder) -> PathBuf {
+    let mut data: Vec<u8> = (0..1600).map(|i| if i % 40 < 20 { 50 } else { 200 }).collect();
+    data[40 * 8 + 6] = 90;
+    (0..9).for_each(|i| data[40 * (25 + i / 3) + 28 + i % 3] = 120);
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 40, 40);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(&data).unwrap();
+    folder.file("specks.png", &bytes)
+}
+
+#[test]
+fn specks_are_merged_where_asked_for_and_the_comparison_is_with_the_original() {
+    let folder = Folder::new();
+    let (png, file) = (specks_png(&folder), folder.path("o.istar"));
+    let (png, file) = (text(&png), text(&file));
+    for (area, regions, wrong) in
+        [("0", 4, None), ("1", 4, None), ("2", 3, Some(1)), ("10", 2, Some(10))]
+    {
+        let told =
+            json(&["encode", png, "-o", file, "--texel-size", "2", "--min-region", area, "--json"]);
+        assert_eq!(told["regions"], regions, "{area}");
+        let compared = json(&["compare", file, png, "--json"]);
+        if let Some(wrong) = wrong {
+            let share = compared["wrong_pixels"].as_f64().unwrap();
+            assert!(share * 1600.0 > f64::from(wrong) - 0.5, "{area}: {compared}");
+        }
+    }
+    // Here both specks are gone: the regions are told by those of the original.
+    let told = json(&["compare", file, png, "--regions", "--json"]);
+    let regions = told["regions"].as_array().unwrap();
+    let lost: Vec<_> = regions.iter().filter(|r| r["lost"] == true).collect();
+    assert_eq!(lost.len(), 2, "{told}");
+    assert_eq!((&lost[0]["region"], &lost[0]["class"]), (&2.into(), &"color #5a5a5a".into()));
+    assert_eq!(lost[0]["at"], serde_json::json!([6, 8]));
+    for (key, value) in [("pixels", 9), ("wrong_pixels", 9), ("decoded_pixels", 0)] {
+        assert_eq!(lost[1][key], value, "{key}: {told}");
+    }
+    let far = lost[1]["boundary_error_px"]["p95"].as_f64().unwrap();
+    assert!((8.0..12.0).contains(&far), "the halves' boundary is 8 pixels away: {far}");
+    let left = regions.iter().find(|r| r["region"] == 0).unwrap();
+    assert_eq!((&left["pixels"], &left["decoded_pixels"]), (&799.into(), &800.into()), "{told}");
+    let sum: u64 = regions.iter().map(|r| r["wrong_pixels"].as_u64().unwrap()).sum();
+    assert_eq!(sum as f64 / 1600.0, told["wrong_pixels"].as_f64().unwrap());
+    let table = succeed(&["compare", file, png, "--regions"]);
+    assert!(table.contains("lost") && table.contains("color #787878"), "{table}");
+    assert!(!succeed(&["compare", file, png]).contains("#787878"));
+}
+
+#[test]
+fn regions_are_told_by_number_and_those_that_are_exact_are_not() {
+    let folder = Folder::new();
+    let (png, file) = (crop_png(&folder), folder.path("crop.istar"));
+    let (png, file) = (text(&png), text(&file));
+    for connectivity in ["4", "8"] {
+        succeed(&["encode", png, "-o", file, "--texel-size", "16", "--connectivity", connectivity]);
+        let told = json(&["compare", file, png, "--regions", "--json"]);
+        let regions = told["regions"].as_array().unwrap();
+        let number = |r: &serde_json::Value| r["region"].as_u64().unwrap();
+        assert!(!regions.is_empty() && regions.is_sorted_by_key(number), "{told}");
+        let lost = regions.iter().filter(|r| r["lost"] == true).count();
+        assert_eq!(told["lost_regions"], lost, "{told}");
+        let sum: u64 = regions.iter().map(|r| r["wrong_pixels"].as_u64().unwrap()).sum();
+        let share = told["wrong_pixels"].as_f64().unwrap();
+        assert!((share * 256.0 * 192.0 - sum as f64).abs() < 1e-6, "{told}");
+    }
+    // A flat picture comes back exactly.
+    let mut flat = Vec::new();
+    let mut encoder = png::Encoder::new(&mut flat, 8, 8);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(&[9; 64]).unwrap();
+    let png = folder.file("flat.png", &flat);
+    succeed(&["encode", text(&png), "-o", file]);
+    let told = json(&["compare", file, text(&png), "--regions", "--json"]);
+    assert_eq!(told["regions"], serde_json::json!([]));
+    assert!(json(&["compare", file, text(&png), "--json"]).get("regions").is_none());
+}
+
+#[test]
 fn a_file_without_notes_says_nothing_of_repairs() {
     let folder = Folder::new();
     let image = fixtures::encoded(&fixtures::discs(), 8, istar::Kernel::Linear);
@@ -316,6 +438,11 @@ fn words_that_do_not_fit_end_with_2() {
         &["encode", "a.png"],
         &["encode", "a.png", "-o", "b", "--kernel", "cubic"],
         &["encode", "a.png", "-o", "b", "--connectivity", "6"],
+        &["encode", "a.png", "-o", "b", "--psnr", "30", "--texel-size", "8"],
+        &["encode", "a.png", "-o", "b", "--psnr", "30", "--max-bytes", "900"],
+        &["encode", "a.png", "-o", "b", "--max-bytes", "900", "--texel-size", "8"],
+        &["encode", "a.png", "-o", "b", "--psnr", "-3"],
+        &["encode", "a.png", "-o", "b", "--min-region", "-1"],
         &["encode", "a.png", "-o", "b", "--forbid", "1,2"],
         &["encode", "a.png", "-o", "b", "--forbid", "1,2,#12345"],
         &["decode", "a.istar", "-o", "b", "--width", "0"],

@@ -1,8 +1,11 @@
 //! Embeddings of pictures made to break them: checked by closed form and by decoding.
 
 use crate::fixtures::{self, stress};
-use istar::labels::Source;
-use istar::{EncodeOptions, Gamma, Kernel, embed};
+use istar::labels::{Connectivity, Source, components};
+use istar::model::{Node, Region};
+use istar::{EncodeOptions, Gamma, Kernel, Limits, Model, complex, embed, grid};
+use proptest::prelude::*;
+use proptest::test_runner::TestCaseError;
 
 /// Zero by closed form and zero by decoding, at every texel size, with both γ.
 fn assert_no_violations(name: &str, source: &Source<2>, texel_sizes: &[u32]) {
@@ -82,4 +85,76 @@ fn the_embedding_is_the_same_on_any_number_of_threads() {
     };
     let one = on(1);
     assert!(one == on(2) && one == on(5));
+}
+
+/// Random label grids, up to 5 pixels along each axis.
+fn pictures<const D: usize>() -> impl Strategy<Value = ([u32; D], Vec<u32>)> {
+    let size = prop::array::uniform::<_, D>(1u32..6);
+    (size, 2u32..6).prop_flat_map(|(size, labels)| {
+        (Just(size), prop::collection::vec(1..labels, grid::count(size)))
+    })
+}
+
+/// The nodes and lists of a label grid in cells of two pixels or less; no texels.
+fn embedded<const D: usize, const E: usize>(size: [u32; D], labels: Vec<u32>) -> Model<D, E> {
+    let source = Source::from_labels(size, labels, &Limits::default()).unwrap();
+    let regions = components(&source, Connectivity::Face, &Limits::default()).unwrap();
+    let dual = complex::dual(&regions);
+    let mut cells = complex::CellLists::new(&regions, 3, 1);
+    let embed::Embedding { gathered, positions, .. } = embed::place(&dual, &mut cells, None);
+    complex::covers(&dual, &regions, &gathered, 3).unwrap();
+    let node = |(position, region): ([u8; E], Option<u32>)| Node { position, region };
+    let ghost = |around: &Vec<u32>| {
+        let sum = |e: usize| -> usize {
+            around.iter().map(|&n| usize::from(positions[n as usize][e])).sum()
+        };
+        (std::array::from_fn(|e| (sum(e) / around.len()) as u8), None)
+    };
+    let real = (0..).zip(&positions).map(|(region, &position)| (position, Some(region)));
+    Model {
+        size,
+        kernel: Kernel::Linear,
+        gamma: Gamma::Voronoi,
+        block_log2: 3,
+        regions: vec![Region { color: [0; 4] }; dual.regions],
+        nodes: real.chain(dual.ghosts.iter().map(ghost)).map(node).collect(),
+        edges: dual.edges,
+        faces: dual.faces,
+        planes: Vec::new(),
+        lists: gathered.lists,
+        blocks: Vec::new(),
+    }
+}
+
+/// The closed forms hold, and γ names a listed region for every value.
+fn check_gamma<const D: usize, const E: usize>(model: &Model<D, E>) -> Result<(), TestCaseError> {
+    let positions: Vec<[u8; E]> = model.nodes.iter().map(|node| node.position).collect();
+    let ghosts = model.ghosts();
+    let cells = embed::Cells { edges: &model.edges, faces: &model.faces, ghosts: &ghosts };
+    prop_assert_eq!(embed::violations(&positions, &model.lists, cells).count(), 0);
+    for list in model.lists.iter() {
+        for corner in 0..1 << E {
+            let v = std::array::from_fn(|e| if corner >> e & 1 == 0 { 3.0 } else { 250.0 });
+            let winner = model.winner(list, v);
+            prop_assert!(winner.is_some_and(|node| list.contains(&node)), "{:?}", winner);
+            prop_assert!(model.nodes[winner.unwrap() as usize].region.is_some());
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    #[test]
+    fn any_image_is_embedded_without_violations((size, labels) in pictures::<2>()) {
+        let model = embedded::<2, 3>(size, labels);
+        check_gamma(&model)?;
+        prop_assert_eq!(embed::model_violations(&model), 0);
+    }
+
+    #[test]
+    fn any_volume_is_embedded_so_that_the_closed_forms_hold((size, labels) in pictures::<3>()) {
+        check_gamma(&embedded::<3, 4>(size, labels))?;
+    }
 }

@@ -6,22 +6,23 @@ use istar::{EncodeOptions, Error, Kernel, Limits};
 
 #[test]
 fn pictures_come_back_at_the_quality_of_fitted_texels() {
-    // (picture, texel size, least dB, most wrong pixels in ten thousand). Averages alone give 30.2,
-    // 27.8, 28.3 and 21.1 dB.
+    // (picture, texel size, least dB, most wrong pixels in ten thousand, boundary's error in pixels:
+    // mean and 95th percentile). Averages alone give 30.2, 27.8, 28.3 and 21.1 dB. Islands of the map
+    // that are lost are far from any boundary that is decoded.
     let wanted = [
-        ("map", 8, 36.0, 22),
-        ("map", 16, 32.0, 60),
-        ("emblem", 8, 45.0, 1),
-        ("emblem", 16, 32.5, 8),
+        ("map", 8, 36.0, 22, [0.35, 2.0]),
+        ("map", 16, 32.0, 60, [1.2, 5.0]),
+        ("emblem", 8, 45.0, 1, [0.05, 0.5]),
+        ("emblem", 16, 32.5, 8, [0.2, 1.0]),
     ];
-    for (name, texel_size, least, wrong) in wanted {
+    for (name, texel_size, least, wrong, [mean, p95]) in wanted {
         let source = fixtures::gallery(name);
         let image = fixtures::encoded(&source, texel_size, Kernel::Quadratic);
         let result = istar::compare(&image, &source).unwrap();
         assert!(result.psnr > least, "{name}/{texel_size}: {} dB", result.psnr);
         assert!(result.wrong_pixels * 10_000 <= wrong * result.pixels, "{name}/{texel_size}");
         let boundary = result.boundary_error.unwrap();
-        assert!(boundary.mean < 0.5 && boundary.p95 < 2.0, "{boundary:?}");
+        assert!(boundary.mean < mean && boundary.p95 < p95, "{name}/{texel_size}: {boundary:?}");
     }
 }
 

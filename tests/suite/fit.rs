@@ -1,8 +1,8 @@
 //! Fitted texels: what they gain, what they leave alone, and borders without seams.
 
-use crate::fixtures;
+use crate::fixtures::{self, stress};
 use istar::model::{Block, Image};
-use istar::{Kernel, compare, fit, raster};
+use istar::{Gamma, Kernel, compare, fit, raster};
 
 /// A wavy boundary between two regions, and a third in a corner.
 fn waves() -> istar::labels::Source<2> {
@@ -45,6 +45,31 @@ fn fitting_leaves_a_fifth_of_the_wrong_pixels_and_no_seams() {
             assert!(after * 5 <= before, "{name} {}: {before} {after}", kernel.name());
             assert_eq!(raster::seams(&fitted), 0, "{name} {}", kernel.name());
             assert_eq!(torn(&fitted), 0, "{name}: blocks disagree about a texel they share");
+        }
+    }
+}
+
+/// Texel sizes of a picture's blocks.
+fn sizes(image: &Image) -> std::collections::BTreeSet<u8> {
+    let size = |block: &Block<3>| match block {
+        Block::Cells(cells) => Some(cells.texel_log2),
+        Block::Solid(_) => None,
+    };
+    image.blocks.iter().filter_map(size).collect()
+}
+
+#[test]
+fn there_is_no_seam_where_texel_sizes_meet() {
+    let source = stress::star(256, 20);
+    for kernel in [Kernel::Quadratic, Kernel::Linear] {
+        for gamma in [Gamma::Voronoi, Gamma::Planes] {
+            let name = format!("{} {}", kernel.name(), gamma.name());
+            let image = fixtures::encoded_with(&source, 16, kernel, gamma);
+            assert!(sizes(&image).len() > 1, "{name}: texels of one size");
+            assert_eq!(raster::seams(&image), 0, "{name}");
+            assert_eq!(istar::embed::model_violations(&image), 0, "{name}");
+            assert_eq!(compare(&image, &source).unwrap().lost_regions, 0, "{name}");
+            assert_eq!(torn(&image), 0, "{name}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
 use istar::labels::Connectivity;
-use istar::{EncodeOptions, Forbidden, Gamma, Image, Kernel, container};
+use istar::{Chosen, EncodeOptions, Forbidden, Gamma, Kernel, Target, container};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -29,6 +29,12 @@ struct Options {
     /// Source pixels a texel stands for: 2, 4, 8, 16, 32 or 64
     #[arg(long, value_name = "N", default_value_t = EncodeOptions::default().texel_size)]
     texel_size: u32,
+    /// Choose the coarsest texels that reach this PSNR
+    #[arg(long, value_name = "DB", conflicts_with = "texel_size", value_parser = decibels)]
+    psnr: Option<f64>,
+    /// Choose the finest texels whose file fits into N bytes
+    #[arg(long, value_name = "N", conflicts_with_all = ["texel_size", "psnr"])]
+    max_bytes: Option<u64>,
     /// Interpolation of texels
     #[arg(long, value_enum, default_value_t = KernelName::Quadratic)]
     kernel: KernelName,
@@ -38,10 +44,18 @@ struct Options {
     /// How many neighbours of a pixel may belong to its region
     #[arg(long, value_enum, default_value_t = ConnectivityName::Four)]
     connectivity: ConnectivityName,
+    /// Merge regions of fewer pixels into the neighbour with the longest common boundary; 0 keeps all
+    #[arg(long, value_name = "AREA", default_value_t = EncodeOptions::default().min_region)]
+    min_region: u32,
     /// Part regions that must not meet by a layer between them: A and B by VIA, each a label as in 7
     /// or a colour as in #00ff7f. May be given several times
     #[arg(long, value_name = "A,B,VIA", value_parser = forbidden)]
     forbid: Vec<Forbidden>,
+}
+
+fn decibels(word: &str) -> Result<f64, String> {
+    let number = word.parse().ok().filter(|&db: &f64| db > 0.0);
+    number.ok_or_else(|| "give a number above 0, as in 35".into())
 }
 
 fn forbidden(words: &str) -> Result<Forbidden, String> {
@@ -102,12 +116,23 @@ pub fn run(args: &Args) -> Outcome {
             ConnectivityName::Four => Connectivity::Face,
             ConnectivityName::Eight => Connectivity::Vertex,
         },
+        min_region: args.options.min_region,
         forbidden: args.options.forbid.clone(),
         ..EncodeOptions::default()
     };
     let output = files::Output::create(&args.output)?;
-    let (image, bytes) = encode_file(&args.input, &options)?;
+    let psnr = args.options.psnr.map(Target::Psnr);
+    let target = psnr.or(args.options.max_bytes.map(Target::MaxBytes));
+    let (Chosen { image, texel_size, psnr, .. }, bytes) =
+        encode_file(&args.input, &options, target)?;
     output.finish(&bytes)?;
+    if let (Some(wanted), Some(psnr)) = (args.options.psnr, psnr)
+        && psnr < wanted
+    {
+        eprintln!(
+            "istar: {wanted} dB cannot be reached: the best is {psnr:.2} dB, at texel size {texel_size}"
+        );
+    }
     let [width, height] = image.size;
     if args.json {
         println!(
@@ -116,7 +141,7 @@ pub fn run(args: &Args) -> Outcome {
                 "bytes": bytes.len(),
                 "size": image.size,
                 "regions": image.regions.len(),
-                "texel_size": options.texel_size,
+                "texel_size": texel_size,
             })
         );
     } else {
@@ -130,14 +155,27 @@ pub fn run(args: &Args) -> Outcome {
     Ok(())
 }
 
-/// Reads and encodes a picture; the model and the file's bytes.
-pub fn encode_file(input: &Path, options: &EncodeOptions) -> Result<(Image, Vec<u8>), String> {
+/// Reads and encodes a picture, with the texel size of the options where there is no target; the model
+/// and the file's bytes.
+pub fn encode_file(
+    input: &Path,
+    options: &EncodeOptions,
+    target: Option<Target>,
+) -> Result<(Chosen, Vec<u8>), String> {
     let stages = progress::Stages::new();
     stages.set("reading");
     let source = pictures::read_source(input, &options.limits)?;
-    let (image, notes) = istar::encode_with_notes(&source, options, |stage| stages.set(stage))
+    let stage = |stage| stages.set(stage);
+    let chosen =
+        match target {
+            Some(target) => istar::encode_to(&source, options, target, stage),
+            None => istar::encode_with_notes(&source, options, stage).map(|(image, notes)| {
+                Chosen { image, notes, texel_size: options.texel_size, psnr: None }
+            }),
+        }
         .map_err(|error| files::at(input, &error))?;
     stages.set("packing");
-    let bytes = container::write_with(&image, &notes).map_err(|error| files::at(input, &error))?;
-    Ok((image, bytes))
+    let bytes = container::write_with(&chosen.image, &chosen.notes)
+        .map_err(|error| files::at(input, &error))?;
+    Ok((chosen, bytes))
 }

@@ -40,7 +40,7 @@ pub fn run(args: &Args) -> Outcome {
         files::read_image(&args.input)?;
         return serve(one_picture(&args.input)?, args.port);
     }
-    let (_, bytes) = encode::encode_file(&args.input, &EncodeOptions::default())?;
+    let (_, bytes) = encode::encode_file(&args.input, &EncodeOptions::default(), None)?;
     let fault = |error| format!("cannot write a temporary file: {error}");
     let mut encoded = tempfile::NamedTempFile::new().map_err(fault)?;
     encoded.write_all(&bytes).map_err(fault)?;

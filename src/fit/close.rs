@@ -1,0 +1,173 @@
+//! Seams: texels around them move until both sides of every border decode alike.
+
+use super::line::{border_weights, border_winner, count_errors};
+use super::problem::{Pair, Problem, Sample};
+use super::search::{all_errors, search_from};
+use crate::model::NodeId;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// What a seam costs: more than all pixels that a texel reaches.
+const COST: i64 = 1 << 40;
+/// Looks at the whole picture, at most. Where texel sizes meet, each may change who should win.
+const ROUNDS: usize = 8;
+/// By how much a pushed sample's winner wins, in value units: more than rounding its texels costs.
+const MARGIN: f32 = 1.5;
+/// Projections of a pushed sample's value onto a wedge.
+const PROJECTIONS: usize = 16;
+
+/// Moves texels around what seams are left until none is, whatever pixels it costs, as far as single
+/// texels can; and where they cannot, all that reach a sample at once.
+pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
+    problem.seam_cost = COST;
+    let mut errors = all_errors(problem);
+    // Those that agreeing changes.
+    let mut joined: Vec<u32> =
+        problem.joints.iter().flat_map(|joint| joint.sides.map(|side| side.cell)).collect();
+    joined.sort_unstable();
+    joined.dedup();
+    let mut best: Option<(i64, Vec<[f32; E]>)> = None;
+    for round in 0..=ROUNDS {
+        agree(problem, round % 2);
+        recount(problem, &joined, &mut errors);
+        let open: Vec<u32> =
+            (0..).zip(&errors).filter(|&(_, &error)| error >= COST).map(|(cell, _)| cell).collect();
+        let seams: i64 = open.iter().map(|&cell| errors[cell as usize] / COST).sum();
+        let is_stuck = best.as_ref().is_some_and(|&(least, _)| seams >= least);
+        if !is_stuck {
+            best = Some((seams, problem.texels.clone()));
+        }
+        if open.is_empty() || round == ROUNDS {
+            break;
+        }
+        if is_stuck {
+            for &cell in &open {
+                push_open(problem, cell as usize);
+            }
+            errors = all_errors(problem);
+        }
+        let mut restless = vec![false; problem.texels.len()];
+        for cell in open {
+            let taps = problem.taps(cell as usize);
+            taps.iter().for_each(|&texel| restless[texel as usize] = true);
+        }
+        search_from(problem, restless, &mut errors);
+    }
+    if let Some((_, texels)) = best {
+        problem.texels = texels;
+    }
+}
+
+fn recount<const E: usize>(problem: &Problem<E>, cells: &[u32], errors: &mut [i64]) {
+    let count = |&cell: &u32| count_errors(problem, cell as usize, &problem.taps_at(cell as usize));
+    let counted: Vec<i64> = cells.par_iter().with_min_len(64).map(count).collect();
+    for (&cell, error) in cells.iter().zip(counted) {
+        errors[cell as usize] = error;
+    }
+}
+
+/// Pushes the texels of a cell so that at each sample of its borders one wins that is allowed to.
+fn push_open<const E: usize>(problem: &mut Problem<E>, cell: usize) {
+    for border in problem.cells[cell].borders.clone() {
+        let border = &problem.borders[border as usize];
+        for sample in border.samples..border.samples + border.count {
+            let allowed = problem.allowed[sample];
+            let winner = border_winner(problem, cell, sample);
+            if allowed == 0 || winner.is_some_and(|winner| allowed >> winner & 1 == 1) {
+                continue;
+            }
+            push(problem, cell, sample, allowed.trailing_zeros() as u8);
+        }
+    }
+}
+
+/// Pushes texels, each by its weight, so that `wanted` wins at a sample.
+fn push<const E: usize>(problem: &mut Problem<E>, cell: usize, sample: usize, wanted: u8) {
+    let weights = border_weights(problem, cell, sample);
+    let taps = problem.taps_at(cell);
+    let from: [f32; E] =
+        std::array::from_fn(|e| taps.iter().zip(weights).map(|(tap, w)| w * tap[e]).sum());
+    let mut to = from;
+    let contest = &problem.contests[problem.cells[cell].list as usize];
+    for _ in 0..PROJECTIONS {
+        let lack = |pair: &Pair<E>| {
+            let side = f32::from(i8::from(pair.i == wanted) - i8::from(pair.j == wanted));
+            let p: f32 = pair.offset + (0..E).map(|e| pair.normal[e] * to[e]).sum::<f32>();
+            (side.abs() * (MARGIN - side * p), side, pair.normal)
+        };
+        let worst = contest.pairs.iter().map(lack).max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((by, side, normal)) = worst.filter(|worst| worst.0 > 0.0) else { break };
+        to = std::array::from_fn(|e| (to[e] + 1.05 * by * side * normal[e]).clamp(0.0, 255.0));
+    }
+    let squares: f32 = weights.iter().map(|w| w * w).sum();
+    for (tap, weight) in weights.into_iter().enumerate().take(problem.tap_count) {
+        let texel = problem.taps(cell)[tap] as usize;
+        let share = weight / squares;
+        for e in 0..E {
+            let moved = problem.texels[texel][e] + share * (to[e] - from[e]);
+            problem.texels[texel][e] = (moved + 0.5).floor().clamp(0.0, 255.0);
+        }
+    }
+}
+
+/// Keeps nodes winning at the middles of pixels: each cell by its first pixel in the picture, the pixel
+/// within it, and the node.
+pub(super) fn guard<const E: usize>(problem: &mut Problem<E>, keep: &[(usize, u32, NodeId)]) {
+    let cells = problem.cells.iter().enumerate();
+    let cells: BTreeMap<usize, u32> = cells.map(|(i, cell)| (cell.origin, i as u32)).collect();
+    for &(origin, pixel, node) in keep {
+        let Some(&cell) = cells.get(&origin) else { continue };
+        let list = problem.cells[cell as usize].list as usize;
+        let nodes = &problem.contests[list].nodes;
+        if let Some(own) = nodes.iter().position(|&n| n == node) {
+            problem.guards.entry(cell).or_default().push((pixel, own as u8));
+        }
+    }
+}
+
+/// Where cells of different sizes meet, their values differ a little whatever their texels are: both
+/// sides are told which region to decode to. `first`: 0 to ask the coarser side first, 1 the finer.
+fn agree<const E: usize>(problem: &mut Problem<E>, first: usize) {
+    let winners: Vec<Option<NodeId>> = problem
+        .joints
+        .par_iter()
+        .with_min_len(64)
+        .map(|joint| agreed(problem, joint.sides, first))
+        .collect();
+    let mut allowed = std::mem::take(&mut problem.allowed);
+    for (joint, winner) in problem.joints.iter().zip(winners) {
+        for side in joint.sides {
+            let own = winner.and_then(|node| nodes(problem, side).iter().position(|&n| n == node));
+            allowed[side.sample as usize] = own.map_or(side.allowed, |i| 1 << i);
+        }
+    }
+    problem.allowed = allowed;
+}
+
+/// The node that should win on both sides: what both decode to; or else what one does that the other
+/// knows too, the coarser first if `first` is 0; or any that both know.
+fn agreed<const E: usize>(
+    problem: &Problem<E>,
+    sides: [Sample; 2],
+    first: usize,
+) -> Option<NodeId> {
+    let mut winners = sides.map(|side| {
+        let winner = border_winner(problem, side.cell as usize, side.sample as usize)?;
+        nodes(problem, side).get(winner).copied()
+    });
+    let both = |node: &NodeId| sides.iter().all(|&side| nodes(problem, side).contains(node));
+    if first == 0 {
+        winners.reverse();
+    }
+    winners
+        .into_iter()
+        .flatten()
+        .find(both)
+        .or_else(|| nodes(problem, sides[0]).iter().copied().find(both))
+}
+
+/// The candidates on one side.
+fn nodes<const E: usize>(problem: &Problem<E>, side: Sample) -> &[NodeId] {
+    let cell = &problem.cells[side.cell as usize];
+    &problem.contests[cell.list as usize].nodes
+}
