@@ -60,7 +60,8 @@ fn sizes(image: &Image) -> std::collections::BTreeSet<u8> {
 
 #[test]
 fn there_is_no_seam_where_texel_sizes_meet() {
-    let source = stress::star(256, 20);
+    // With more sectors the middle would need cells of single pixels, whose borders are pixels' sides.
+    let source = stress::star(256, 16);
     for kernel in [Kernel::Quadratic, Kernel::Linear] {
         for gamma in [Gamma::Voronoi, Gamma::Planes] {
             let name = format!("{} {}", kernel.name(), gamma.name());
@@ -76,10 +77,10 @@ fn there_is_no_seam_where_texel_sizes_meet() {
 
 #[test]
 fn texels_are_the_same_on_any_number_of_threads() {
-    let source = fixtures::gallery("emblem");
+    let source = waves();
     let regions =
         istar::labels::components(&source, Default::default(), &Default::default()).unwrap();
-    let [average, _] = fixtures::averaged(&source, 32, Kernel::Quadratic);
+    let [average, _] = fixtures::averaged(&source, 4, Kernel::Quadratic);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut image = average.clone();
