@@ -35,7 +35,7 @@ fn stress_pictures_have_no_violations() {
         ("voronoi", stress::voronoi(256, 3000)),
         ("wheel", fixtures::wheel()),
     ] {
-        assert_no_violations(name, &source, &[2, 8, 32]);
+        assert_no_violations(name, &source, &[2, 8, 16]);
     }
 }
 
