@@ -11,19 +11,23 @@ use crate::kernel::Kernel;
 use crate::labels::{Connectivity, Regions, Source, components};
 use crate::limits::Limits;
 use crate::model::{Block, Cells, Image, Node, Region};
+use crate::sizes::Sizes;
 
 /// log₂ of the width of a block.
-const BLOCK_LOG2: u8 = 6;
+pub(crate) const BLOCK_LOG2: u8 = 6;
 
 /// The texel sizes there are, the coarsest first.
 pub(crate) const TEXEL_SIZES: [u32; 6] = [64, 32, 16, 8, 4, 2];
 
 /// What the caller may choose.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct EncodeOptions {
     /// Source pixels a texel stands for, along each axis: a power of two from 2 to 64. Blocks that
-    /// need it get finer ones.
-    pub texel_size: u32,
+    /// need it get finer ones. `None`: each block has its own, as it pays.
+    pub texel_size: Option<u32>,
+    /// How many pixels, black for white, a byte must set right to be spent, where each block has its
+    /// own texel size: more for fewer bytes, less for a better picture.
+    pub price: f64,
     /// Interpolation of texels.
     pub kernel: Kernel,
     /// The decoding function.
@@ -42,7 +46,8 @@ pub struct EncodeOptions {
 impl Default for EncodeOptions {
     fn default() -> Self {
         EncodeOptions {
-            texel_size: 8,
+            texel_size: None,
+            price: 0.25,
             kernel: Kernel::default(),
             gamma: Gamma::default(),
             connectivity: Connectivity::default(),
@@ -56,7 +61,8 @@ impl Default for EncodeOptions {
 /// Encodes an image. `stage` is told what is about to be done, for a progress display.
 ///
 /// # Errors
-/// [`Error::Usage`] for a texel size that is no power of two from 2 to 64, or classes to be parted that
+/// [`Error::Usage`] for a texel size that is no power of two from 2 to 64, a price that is no number
+/// above 0, or classes to be parted that
 /// the picture does not have; [`Error::Limit`] for more regions than the limits allow, or where there
 /// is no room for a layer.
 pub fn encode(
@@ -77,15 +83,26 @@ pub fn encode_with_notes(
     options: &EncodeOptions,
     mut stage: impl FnMut(&'static str),
 ) -> Result<(Image, Notes)> {
-    check_texel_size(options.texel_size)?;
-    Prepared::new(source, options, &mut stage)?.encode(options.texel_size, &mut stage)
-}
-
-fn check_texel_size(texel_size: u32) -> Result<()> {
-    if TEXEL_SIZES.contains(&texel_size) {
-        return Ok(());
+    if let Some(texel_size) = options.texel_size
+        && !TEXEL_SIZES.contains(&texel_size)
+    {
+        let message = format!("texel size {texel_size} is not one of 2, 4, 8, 16, 32, 64");
+        return Err(Error::Usage(message));
     }
-    Err(Error::Usage(format!("texel size {texel_size} is not one of 2, 4, 8, 16, 32, 64")))
+    let price = options.price;
+    if price.is_nan() || price <= 0.0 {
+        return Err(Error::Usage(format!("a price of {price}: give a number above 0")));
+    }
+    let prepared = Prepared::new(source, options, &mut stage)?;
+    match options.texel_size {
+        Some(texel_size) => prepared.encode(texel_size, &mut stage),
+        None => {
+            let mut sizes = Sizes::new(&prepared, &mut stage);
+            let chosen = sizes.choose(price, &mut stage);
+            if std::env::var("V").is_ok() { eprintln!("expected {:?}", sizes.sum(&chosen)); }
+            prepared.encode_blocks(&chosen, Some(sizes.positions()), &mut stage)
+        }
+    }
 }
 
 /// What encodings of one picture with any texel size have in common.
@@ -119,25 +136,50 @@ impl<'a> Prepared<'a> {
         texel_size: u32,
         stage: &mut impl FnMut(&'static str),
     ) -> Result<(Image, Notes)> {
-        encode_at(self, texel_size.trailing_zeros() as u8, stage)
+        let texel_log2 = texel_size.trailing_zeros() as u8;
+        encode_cells(self, CellLists::new(&self.regions, BLOCK_LOG2, texel_log2), None, stage)
+    }
+
+    /// The image with a texel size for each block, given as log₂. Nodes begin where they are `settled`
+    /// already, if they are.
+    pub(crate) fn encode_blocks(
+        &self,
+        sizes: &[u8],
+        settled: Option<&[[u8; 3]]>,
+        stage: &mut impl FnMut(&'static str),
+    ) -> Result<(Image, Notes)> {
+        let cells = CellLists::with_sizes(&self.regions, BLOCK_LOG2, sizes);
+        encode_cells(self, cells, settled.map(<[_]>::to_vec), stage)
+    }
+
+    pub(crate) fn regions(&self) -> &Regions<2> {
+        &self.regions
+    }
+
+    pub(crate) fn dual(&self) -> &Dual {
+        &self.dual
+    }
+
+    /// The model with nodes in their places, before it has texels.
+    pub(crate) fn assemble(&self, embedding: Embedding<3>) -> Image {
+        assemble(self.source, self.options, &self.regions, &self.dual, embedding)
     }
 }
 
-fn encode_at(
+fn encode_cells(
     prepared: &Prepared,
-    texel_log2: u8,
+    mut cells: CellLists<'_, 2>,
+    mut settled: Option<Vec<[u8; 3]>>,
     stage: &mut impl FnMut(&'static str),
 ) -> Result<(Image, Notes)> {
     let Prepared { source, options, regions, dual } = prepared;
-    let mut cells = CellLists::new(regions, BLOCK_LOG2, texel_log2);
-    let mut settled = None;
     let mut notes = Notes::default();
     loop {
         stage("placing nodes");
         let embedding = embed::place(dual, &mut cells, settled);
         settled = Some(embedding.positions.clone());
         notes.violations_before = notes.violations_before.or(Some(embedding.violations_before));
-        let mut image = assemble(source, options, regions, dual, embedding);
+        let mut image = prepared.assemble(embedding);
         fit::start(&mut image, regions);
         // Most of what needs finer texels shows before the fit, which takes longer.
         stage("looking for what was lost");

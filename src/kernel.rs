@@ -50,6 +50,22 @@ impl Kernel {
         }
     }
 
+    /// What texel `at` of texels `ratio` times as fine is made of, where the interpolant is to be the
+    /// very same: the weights of a coarse cell's taps. Fine texel 0 is the first tap of the coarse
+    /// cell's first fine cell; the last that its interpolant tells is `ratio` + 1 (linear: `ratio`).
+    pub fn refined(self, ratio: u32, at: u32) -> [f64; 3] {
+        let step = 1.0 / f64::from(ratio);
+        match self {
+            // The blossom of each weight at the two knots around the fine cell that the texel is in
+            // the middle of.
+            Kernel::Quadratic => {
+                let (a, b) = ((f64::from(at) - 1.0) * step, f64::from(at) * step);
+                [0.5 * (1.0 - a) * (1.0 - b), 0.5 * (1.0 + a + b) - a * b, 0.5 * a * b]
+            }
+            Kernel::Linear => self.weights(f64::from(at) * step),
+        }
+    }
+
     /// Value and Jacobian of the interpolant at `u` in a cell.
     ///
     /// `texel(k)` is the texel at tap `k`, each axis in `0..taps`. The Jacobian's `[e][axis]` is the
@@ -124,6 +140,27 @@ mod tests {
                 for e in 0..2 {
                     let numeric = (at(h)[e] - at(-h)[e]) / (2.0 * h);
                     assert!((numeric - jacobian[e][axis]).abs() < 1e-5);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn finer_texels_draw_the_same() {
+        for kernel in [Kernel::Quadratic, Kernel::Linear] {
+            let coarse = [10.0, 200.0, 30.0];
+            let draw = |texels: &[f64], u: f64| -> f64 {
+                kernel.weights(u).iter().zip(texels).map(|(w, t)| w * t).sum()
+            };
+            for ratio in [2, 4, 8] {
+                let fine: Vec<f64> = (0..kernel.texels(ratio))
+                    .map(|at| kernel.refined(ratio, at).iter().zip(coarse).map(|(w, t)| w * t).sum())
+                    .collect();
+                for cell in 0..ratio as usize {
+                    for u in [0.0, 0.3, 1.0] {
+                        let there = draw(&coarse, (cell as f64 + u) / f64::from(ratio));
+                        assert!((draw(&fine[cell..], u) - there).abs() < 1e-9);
+                    }
                 }
             }
         }

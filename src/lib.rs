@@ -40,6 +40,8 @@ mod forbid;
 #[cfg(feature = "encode")]
 pub mod labels;
 #[cfg(feature = "encode")]
+mod sizes;
+#[cfg(feature = "encode")]
 mod target;
 
 #[cfg(feature = "gpu")]

@@ -1,13 +1,14 @@
-//! Encoding to a quality or to a number of bytes: the search over texel sizes.
+//! Encoding to a quality or to a number of bytes: the search over what a byte may cost.
 
 use crate::compare::compare;
 use crate::container::{self, Notes};
-use crate::encode::{EncodeOptions, Prepared, TEXEL_SIZES};
+use crate::encode::{EncodeOptions, Prepared};
 use crate::error::{Error, Result};
 use crate::labels::Source;
 use crate::model::Image;
+use crate::sizes::Sizes;
 
-/// What the texel size is chosen by.
+/// What texel sizes are chosen by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// The coarsest texels with which the picture comes back at this PSNR, in dB (see
@@ -24,20 +25,18 @@ pub struct Chosen {
     pub image: Image,
     /// What is to be noted in its file.
     pub notes: Notes,
-    /// The texel size that was chosen.
-    pub texel_size: u32,
     /// The PSNR that it has, in dB, where that was asked for. It is less than the target where no
-    /// texel size reaches it: then this is the best there is.
+    /// texels reach it: then these are the finest.
     pub psnr: Option<f64>,
 }
 
-/// Encodes an image with the texel size that `target` asks for, in place of
-/// [`EncodeOptions::texel_size`]. Regions and what meets are found once for all sizes that are
-/// tried. The image is that which [`encode`](crate::encode()) makes with the size chosen.
+/// Encodes an image with the texel sizes that `target` asks for, each block with its own, in place of
+/// [`EncodeOptions::texel_size`] and [`EncodeOptions::price`]. The target is met closely: no more
+/// than a few pictures are tried.
 ///
 /// # Errors
-/// As [`encode`](crate::encode()); [`Error::Usage`] where a PSNR is not a number above 0, or no texel
-/// size makes a file small enough.
+/// As [`encode`](crate::encode()); [`Error::Usage`] where a PSNR is not a number above 0, or no texels
+/// make a file small enough.
 pub fn encode_to(
     source: &Source<2>,
     options: &EncodeOptions,
@@ -50,126 +49,183 @@ pub fn encode_to(
         return Err(Error::Usage(format!("{psnr} dB is no PSNR: give a number above 0")));
     }
     let prepared = Prepared::new(source, options, &mut stage)?;
-    let mut at = |texel_size| {
-        let (image, notes) = prepared.encode(texel_size, &mut stage)?;
-        Ok(Chosen { image, notes, texel_size, psnr: None })
-    };
+    let sizes = Sizes::new(&prepared, &mut stage);
+    let mut pictures = Pictures { source, prepared: &prepared, sizes, target, stage };
+    let Found { what: chosen, amount, reached } = match target {
+        Target::Psnr(psnr) => approach(&mut pictures, Goal { most: noise(psnr), grows: true }),
+        Target::MaxBytes(most) => approach(&mut pictures, Goal { most: most as f64, grows: false }),
+    }?;
     match target {
-        Target::Psnr(psnr) => coarsest(&mut at, source, psnr),
-        Target::MaxBytes(bytes) => finest(&mut at, bytes),
+        Target::MaxBytes(most) if !reached => Err(Error::Usage(format!(
+            "it cannot be encoded in {most} bytes: the smallest file has {amount}: allow more, or \
+             merge small regions"
+        ))),
+        _ => Ok(chosen),
     }
 }
 
-/// Where the search begins, in [`TEXEL_SIZES`]: at 8, which takes least time.
-const START: usize = 3;
+/// What is wrong with a picture of some PSNR, as a part of black for white.
+fn noise(psnr: f64) -> f64 {
+    10f64.powf(-psnr / 10.0)
+}
 
-/// An encoding, and how it does.
-struct Attempt {
-    chosen: Chosen,
+/// What may be tried at prices, given as log₂.
+trait Tries {
+    type What;
+    /// About the amount that there would be, up to a factor that is the same for all.
+    fn expect(&mut self, price: f64) -> f64;
+    /// What there is, and its amount.
+    fn attempt(&mut self, price: f64) -> Result<(Self::What, f64)>;
+}
+
+/// The amount wanted.
+#[derive(Clone, Copy)]
+struct Goal {
+    most: f64,
+    /// Whether it grows with the price, so that the highest price is wanted; else the lowest.
+    grows: bool,
+}
+
+struct Found<W> {
+    what: W,
+    amount: f64,
     reached: bool,
-    /// Of two that do not reach the target, the greater one comes closer.
-    merit: f64,
 }
 
-/// Tries sizes from [`START`] on, the most wanted being the first of all: less wanted ones until one
-/// reaches the target, or more wanted ones until one does not. This supposes that both quality and
-/// bytes fall as texels grow. Where none reaches it, the one that comes closest is returned.
-fn search(
-    sizes: &[u32],
-    start: usize,
-    mut attempt: impl FnMut(u32) -> Result<Attempt>,
-) -> Result<Attempt> {
-    let mut best = attempt(sizes[start])?;
-    if best.reached {
-        for &size in sizes[..start].iter().rev() {
-            let next = attempt(size)?;
-            if !next.reached {
-                break;
-            }
-            best = next;
+/// log₂ of the lowest and the highest price.
+const PRICES: [f64; 2] = [-14.0, 14.0];
+/// Halvings of that.
+const HALVINGS: usize = 24;
+/// Things tried, at most, before the last resort; and the part of the amount wanted from which on it
+/// is near enough.
+const TRIES: usize = 4;
+const NEAR: f64 = 0.96;
+
+/// Tries prices until the amount is at most what is wanted, and near. Where no price reaches it, what
+/// comes nearest is returned.
+fn approach<T: Tries>(tries: &mut T, goal: Goal) -> Result<Found<T::What>> {
+    let mut best: Option<Found<T::What>> = None;
+    // The amount that there is, as a part of what was expected.
+    let mut factor = 1.0;
+    let mut aim = goal.most;
+    for _ in 0..TRIES {
+        let [low, high] = PRICES;
+        // From where it is sure to be reached, towards where it is not.
+        let (mut good, mut bad) = if goal.grows { (low, high) } else { (high, low) };
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (good + bad);
+            let reached = factor * tries.expect(middle) <= aim;
+            if reached { good = middle } else { bad = middle }
         }
-        return Ok(best);
-    }
-    for &size in &sizes[start + 1..] {
-        let next = attempt(size)?;
-        if next.reached || next.merit > best.merit {
-            best = next;
+        let expected = tries.expect(good);
+        let (what, amount) = tries.attempt(good)?;
+        let reached = amount <= goal.most;
+        let is_better = |best: &Found<T::What>| match (reached, best.reached) {
+            (true, true) => amount > best.amount,
+            (false, false) => amount < best.amount,
+            (reached, _) => reached,
+        };
+        if best.as_ref().is_none_or(is_better) {
+            best = Some(Found { what, amount, reached });
         }
-        if best.reached {
+        if reached && amount >= NEAR * goal.most || expected <= 0.0 {
             break;
         }
+        factor = amount / expected;
+        // It came out worse than expected, and may again.
+        aim = if reached { 0.5 * (1.0 + NEAR) * goal.most } else { NEAR * goal.most };
     }
-    Ok(best)
+    if let Some(best) = best.take_if(|best| best.reached) {
+        return Ok(best);
+    }
+    let (what, amount) = tries.attempt(PRICES[usize::from(!goal.grows)])?;
+    Ok(Found { what, amount, reached: amount <= goal.most })
 }
 
-fn coarsest(
-    at: &mut impl FnMut(u32) -> Result<Chosen>,
-    source: &Source<2>,
-    wanted: f64,
-) -> Result<Chosen> {
-    let attempt = |size| {
-        let mut chosen = at(size)?;
-        let merit = compare(&chosen.image, source)?.psnr;
-        chosen.psnr = Some(merit);
-        Ok(Attempt { chosen, reached: merit >= wanted, merit })
-    };
-    Ok(search(&TEXEL_SIZES, START, attempt)?.chosen)
+struct Pictures<'a, S> {
+    source: &'a Source<2>,
+    prepared: &'a Prepared<'a>,
+    sizes: Sizes<'a>,
+    target: Target,
+    stage: S,
 }
 
-fn finest(at: &mut impl FnMut(u32) -> Result<Chosen>, most: u64) -> Result<Chosen> {
-    let attempt = |size| {
-        let chosen = at(size)?;
-        let bytes = container::write_with(&chosen.image, &chosen.notes)?.len() as u64;
-        Ok(Attempt { chosen, reached: bytes <= most, merit: -(bytes as f64) })
-    };
-    let mut sizes = TEXEL_SIZES;
-    sizes.reverse();
-    let Attempt { chosen, reached, merit } = search(&sizes, sizes.len() - 1 - START, attempt)?;
-    if reached {
-        return Ok(chosen);
+impl<S: FnMut(&'static str)> Tries for Pictures<'_, S> {
+    type What = Chosen;
+
+    fn expect(&mut self, price: f64) -> f64 {
+        let sizes = self.sizes.choose(price.exp2(), &mut self.stage);
+        let (error, bytes) = self.sizes.sum(&sizes);
+        match self.target {
+            Target::Psnr(_) => error,
+            Target::MaxBytes(_) => bytes,
+        }
     }
-    Err(Error::Usage(format!(
-        "it cannot be encoded in {most} bytes: the smallest file has {}, at texel size {}: allow more, \
-         or merge small regions",
-        -merit, chosen.texel_size
-    )))
+
+    fn attempt(&mut self, price: f64) -> Result<(Chosen, f64)> {
+        let sizes = self.sizes.choose(price.exp2(), &mut self.stage);
+        let settled = Some(self.sizes.positions());
+        let (image, notes) = self.prepared.encode_blocks(&sizes, settled, &mut self.stage)?;
+        Ok(match self.target {
+            Target::Psnr(_) => {
+                let psnr = compare(&image, self.source)?.psnr;
+                (Chosen { image, notes, psnr: Some(psnr) }, noise(psnr))
+            }
+            Target::MaxBytes(_) => {
+                let bytes = container::write_with(&image, &notes)?.len();
+                (Chosen { image, notes, psnr: None }, bytes as f64)
+            }
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Limits;
 
-    /// What is chosen where those of `good` reach the target, and what was tried.
-    fn searched(sizes: [u32; 6], start: usize, good: &[u32]) -> (u32, Vec<u32>) {
-        let source = Source::from_labels([1, 1], vec![1], &Limits::default()).unwrap();
-        let (image, notes) = crate::encode_with_notes(&source, &<_>::default(), |_| ()).unwrap();
-        let mut tried = Vec::new();
-        let best = search(&sizes, start, |texel_size| {
-            tried.push(texel_size);
-            let image = image.clone();
-            let chosen = Chosen { image, notes, texel_size, psnr: None };
-            Ok(Attempt {
-                chosen,
-                reached: good.contains(&texel_size),
-                merit: -f64::from(texel_size),
-            })
-        });
-        (best.unwrap().chosen.texel_size, tried)
+    /// Amounts by price that are not quite as expected.
+    struct Law {
+        grows: bool,
+        tried: usize,
+    }
+
+    impl Tries for Law {
+        type What = f64;
+
+        fn expect(&mut self, price: f64) -> f64 {
+            (if self.grows { price } else { -price }).exp2()
+        }
+
+        fn attempt(&mut self, price: f64) -> Result<(f64, f64)> {
+            self.tried += 1;
+            Ok((price, 7.0 * self.expect(price).powf(1.1)))
+        }
     }
 
     #[test]
-    fn few_sizes_are_tried_and_the_most_wanted_that_does_is_chosen() {
-        let down = TEXEL_SIZES;
-        assert_eq!(down[START], 8);
-        assert_eq!(searched(down, 3, &[8, 4, 2]), (8, vec![8, 16]));
-        assert_eq!(searched(down, 3, &[32, 16, 8, 4, 2]), (32, vec![8, 16, 32, 64]));
-        assert_eq!(searched(down, 3, &down), (64, vec![8, 16, 32, 64]));
-        assert_eq!(searched(down, 3, &[2]), (2, vec![8, 4, 2]));
-        assert_eq!(searched(down, 3, &[]), (2, vec![8, 4, 2]));
-        let up = [2, 4, 8, 16, 32, 64];
-        assert_eq!(searched(up, 2, &[64, 32]), (32, vec![8, 16, 32]));
-        assert_eq!(searched(up, 2, &up), (2, vec![8, 4, 2]));
-        assert_eq!(searched(up, 2, &[]), (8, vec![8, 16, 32, 64]), "the closest, here the finest");
+    fn few_are_tried_and_the_target_is_met_closely() {
+        for grows in [true, false] {
+            for most in [0.5, 20.0, 3000.0] {
+                let mut law = Law { grows, tried: 0 };
+                let found = approach(&mut law, Goal { most, grows }).unwrap();
+                assert!(found.reached && found.amount <= most, "{grows} {most}");
+                assert!(found.amount > 0.8 * most && law.tried <= TRIES, "{grows} {most}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_reached_comes_out_as_near_as_there_is() {
+        let mut law = Law { grows: false, tried: 0 };
+        let found = approach(&mut law, Goal { most: 1e-9, grows: false }).unwrap();
+        assert!(!found.reached);
+        assert_eq!(found.what, PRICES[1], "the highest price");
+    }
+
+    #[test]
+    fn what_is_always_reached_is_tried_at_the_end_of_the_range() {
+        let mut law = Law { grows: true, tried: 0 };
+        let found = approach(&mut law, Goal { most: 1e9, grows: true }).unwrap();
+        assert!(found.reached && found.what > PRICES[1] - 1e-3);
     }
 }

@@ -57,9 +57,40 @@ pub struct Gathered {
 impl<'a, const D: usize> CellLists<'a, D> {
     /// Lists for cells of `2^texel_log2` pixels, finer in blocks where one would be crowded.
     pub fn new(regions: &'a Regions<D>, block_log2: u8, texel_log2: u8) -> Self {
-        let blocks = (0..grid::count(grid::pieces(regions.size, block_log2)))
-            .into_par_iter()
-            .map(|block| list_block(regions, block_log2, block, texel_log2))
+        let sizes = vec![texel_log2; grid::count(grid::pieces(regions.size, block_log2))];
+        Self::with_sizes(regions, block_log2, &sizes)
+    }
+
+    /// The same with a texel size for each block.
+    pub fn with_sizes(regions: &'a Regions<D>, block_log2: u8, sizes: &[u8]) -> Self {
+        let blocks = sizes
+            .par_iter()
+            .enumerate()
+            .map(|(block, &texel_log2)| list_block(regions, block_log2, block, texel_log2))
+            .collect();
+        CellLists { regions, block_log2, blocks }
+    }
+
+    /// Lists for cells of `2^texel_log2` pixels in some blocks, finer where one would be crowded; all
+    /// others are as if they were solid.
+    pub fn of_some(
+        regions: &'a Regions<D>,
+        block_log2: u8,
+        texel_log2: u8,
+        is_wanted: &[bool],
+    ) -> Self {
+        let solid = || {
+            let mut cells = Lists::default();
+            cells.push(&[0]);
+            BlockLists { texel_log2: block_log2, cells, left_out: 0 }
+        };
+        let blocks = is_wanted
+            .par_iter()
+            .enumerate()
+            .map(|(block, &is_wanted)| match is_wanted {
+                true => list_block(regions, block_log2, block, texel_log2),
+                false => solid(),
+            })
             .collect();
         CellLists { regions, block_log2, blocks }
     }

@@ -35,27 +35,40 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
         let seams: i64 = open.iter().map(|&cell| errors[cell as usize] / COST).sum();
         let is_stuck = best.as_ref().is_some_and(|&(least, _)| seams >= least);
         if !is_stuck {
-            best = Some((seams, problem.texels.clone()));
+            best = Some((seams, problem.texels.values.clone()));
         }
         if open.is_empty() || round == ROUNDS {
             break;
         }
         if is_stuck {
+            release(problem, &open);
             for &cell in &open {
                 push_open(problem, cell as usize);
             }
             errors = all_errors(problem);
         }
-        let mut restless = vec![false; problem.texels.len()];
+        let mut restless = vec![false; problem.texels.values.len()];
         for cell in open {
-            let taps = problem.taps(cell as usize);
-            taps.iter().for_each(|&texel| restless[texel as usize] = true);
+            for &tap in problem.taps(cell as usize) {
+                problem.texels.free(tap).for_each(|(texel, _)| restless[texel as usize] = true);
+            }
         }
         search_from(problem, restless, &mut errors);
     }
     if let Some((_, texels)) = best {
-        problem.texels = texels;
+        problem.texels.values = texels;
     }
+}
+
+/// Frees the texels of some cells from those that they follow: what follows is rounded to bytes, and
+/// that alone may be the seam.
+fn release<const E: usize>(problem: &mut Problem<E>, cells: &[u32]) {
+    let taps = cells.iter().flat_map(|&cell| problem.taps(cell as usize));
+    let mut taps: Vec<u32> = taps.copied().filter(|&tap| !problem.texels.is_free(tap)).collect();
+    taps.sort_unstable();
+    taps.dedup();
+    problem.texels.release(&taps);
+    problem.paint();
 }
 
 fn recount<const E: usize>(problem: &Problem<E>, cells: &[u32], errors: &mut [i64]) {
@@ -99,14 +112,19 @@ fn push<const E: usize>(problem: &mut Problem<E>, cell: usize, sample: usize, wa
         let Some((by, side, normal)) = worst.filter(|worst| worst.0 > 0.0) else { break };
         to = std::array::from_fn(|e| (to[e] + 1.05 * by * side * normal[e]).clamp(0.0, 255.0));
     }
-    let squares: f32 = weights.iter().map(|w| w * w).sum();
-    for (tap, weight) in weights.into_iter().enumerate().take(problem.tap_count) {
-        let texel = problem.taps(cell)[tap] as usize;
-        let share = weight / squares;
-        for e in 0..E {
-            let moved = problem.texels[texel][e] + share * (to[e] - from[e]);
-            problem.texels[texel][e] = (moved + 0.5).floor().clamp(0.0, 255.0);
+    // The weights of the free texels that the taps follow from.
+    let mut shares: BTreeMap<u32, f32> = BTreeMap::new();
+    for (&tap, weight) in problem.taps(cell).iter().zip(weights) {
+        for (texel, part) in problem.texels.free(tap) {
+            *shares.entry(texel).or_default() += weight * part;
         }
+    }
+    let squares: f32 = shares.values().map(|w| w * w).sum();
+    for (texel, weight) in shares {
+        let share = weight / squares;
+        let value = problem.texels.values[texel as usize];
+        let moved = |e: usize| (value[e] + share * (to[e] - from[e]) + 0.5).floor();
+        problem.texels.set(texel, std::array::from_fn(|e| moved(e).clamp(0.0, 255.0)));
     }
 }
 

@@ -1,6 +1,7 @@
 //! The first texels: averages over the pixels they stand for (Eq. 3 with area coverage as the
 //! indicator vector).
 
+use super::texels::Texels;
 use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::Regions;
@@ -8,7 +9,7 @@ use crate::model::{Block, Model};
 use rayon::prelude::*;
 
 /// Sets every texel in use to the mean position of the pixels within half a texel of it; those not
-/// in use to zero. Pixels beyond the picture count as the nearest one in it.
+/// in use to zero; those next to blocks with coarser texels follow from these. Pixels beyond the picture count as the nearest one in it.
 pub fn start<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
     let block_grid = model.block_grid();
     let texels: Vec<Vec<[u8; E]>> = (0..model.blocks.len())
@@ -39,6 +40,7 @@ pub fn start<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &
             cells.texels = texels;
         }
     }
+    Texels::new(model).store(model);
 }
 
 /// `texel` counts over the whole picture, the ring before the first block included.

@@ -6,6 +6,8 @@ use crate::limits::MAX_CANDIDATES;
 
 /// Steps to either side that are looked at.
 pub(super) const REACH: i32 = 64;
+/// Rows of a cell's pixels that are looked at, about: in coarser cells some are passed over.
+const ROWS: usize = 16;
 const BINS: usize = 2 * REACH as usize + 1;
 
 /// Changes of the error from step to step.
@@ -130,17 +132,19 @@ impl Row<'_> {
     }
 }
 
-/// Calls `look` for each row of samples: with its weights across, whether its axes are swapped, and
-/// what should come out.
+/// Calls `look` for each row of samples, every `step`th row of pixels: with its weights across, whether
+/// its axes are swapped, and what should come out.
 fn each_row<'a, const E: usize>(
     problem: &'a Problem<E>,
     info: &Cell,
     labels: &'a [u8],
+    step: usize,
     mut look: impl FnMut(&'a [f32], bool, Row<'a>),
 ) {
     let weights = problem.weights(info);
     let width = weights.along[0].len();
-    for (row, across) in labels.chunks_exact(width).zip(&weights.across) {
+    let rows = labels.chunks_exact(width).zip(&weights.across);
+    for (row, across) in rows.skip(step / 2).step_by(step) {
         look(across, false, Row::Pixels(row));
     }
     for border in problem.borders(info) {
@@ -198,7 +202,7 @@ pub(super) fn count_errors<const E: usize>(
     let scalars = scalars(contest, taps, along_taps);
     let mut sum = 0;
     if let (2, [pair]) = (contest.nodes.len(), contest.pairs.as_slice()) {
-        each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+        each_row(problem, info, problem.labels(cell), 1, |across, swapped, row| {
             let line = scalars.get(swapped)[0].line(across, along_taps);
             match row {
                 Row::Pixels(labels) => {
@@ -221,7 +225,7 @@ pub(super) fn count_errors<const E: usize>(
     }
     let count = contest.nodes.len();
     let mut lines = [[0.0; 3]; SCALARS];
-    each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+    each_row(problem, info, problem.labels(cell), 1, |across, swapped, row| {
         for (line, scalar) in lines.iter_mut().zip(scalars.get(swapped)) {
             *line = scalar.line(across, along_taps);
         }
@@ -354,11 +358,12 @@ fn deepest<const E: usize>(contest: &Contest<E>, p: impl Fn(usize) -> f32) -> us
     best
 }
 
-/// Notes how the error of a cell changes when one of its taps moves along `direction`.
+/// Notes how the error of a cell changes when its taps move along `direction`, each by as much as
+/// `moves` says.
 pub(super) fn note_changes<const E: usize>(
     problem: &Problem<E>,
     cell: usize,
-    tap: usize,
+    moves: &[f32; TAPS],
     direction: [f32; E],
     steps: &mut Steps,
 ) {
@@ -369,37 +374,33 @@ pub(super) fn note_changes<const E: usize>(
     let taps = problem.taps_at(cell);
     let reach = REACH as f32;
     let scalars = scalars(contest, &taps, along_taps);
-    // Along the run of a row, and across it.
-    let plane = along_taps * along_taps;
-    let (k0, k1) = (tap % along_taps, tap / along_taps % along_taps);
-    let parts = |swapped: bool| match swapped {
-        false => (k0, tap / along_taps),
-        true => (k1, k0 + along_taps * (tap / plane)),
-    };
+    let rows = problem.labels(cell).len() / weights.along[0].len();
+    let step_of_rows = (rows / ROWS).max(1);
+    // How far a sample's value moves.
+    let moves = [Scalar(*moves), Scalar(swapped(moves, along_taps))];
     if let (2, [pair]) = (contest.nodes.len(), contest.pairs.as_slice()) {
         let slope = dot(direction, pair.normal);
         if slope.abs() < 0.01 {
             return;
         }
-        each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+        each_row(problem, info, problem.labels(cell), step_of_rows, |across, swapped, row| {
             let line = scalars.get(swapped)[0].line(across, along_taps);
-            let (along, row_tap) = parts(swapped);
-            let own = &weights.along[along];
-            let by = across[row_tap] * slope;
+            let step = moves[usize::from(swapped)].line(across, along_taps).map(|by| by * slope);
             // Every p of the row lies between those of its three taps.
             let least = line[..along_taps].iter().fold(f32::INFINITY, |a, &b| a.min(b));
             let most = line[..along_taps].iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b));
-            if least.max(-most) > reach * by.abs() {
+            let farthest = step.iter().fold(0.0f32, |a, b| a.max(b.abs()));
+            if least.max(-most) > reach * farthest {
                 return;
             }
-            for x in 0..own.len() {
+            for x in 0..weights.along[0].len() {
                 let p = at(weights, line, x);
-                let by = by * own[x];
+                let by = at(weights, step, x);
                 if p.abs() < reach * by.abs() {
                     // Which of the two should win, if it matters, and at what cost.
                     let (first, cost) = match row {
                         Row::Pixels(labels) if labels[x] != NOBODY => {
-                            (labels[x] == 0, i64::from(pair.cost))
+                            (labels[x] == 0, step_of_rows as i64 * i64::from(pair.cost))
                         }
                         Row::Border(allowed) if allowed[x] == 1 || allowed[x] == 2 => {
                             (allowed[x] == 1, problem.seam_cost)
@@ -425,18 +426,21 @@ pub(super) fn note_changes<const E: usize>(
             *slope = dot(pair.normal, direction);
         }
     }
-    each_row(problem, info, problem.labels(cell), |across, swapped, row| {
+    each_row(problem, info, problem.labels(cell), step_of_rows, |across, swapped, row| {
         for (line, scalar) in lines.iter_mut().zip(scalars.get(swapped)) {
             *line = scalar.line(across, along_taps);
         }
-        let (along, row_tap) = parts(swapped);
-        let own = &weights.along[along];
-        for x in 0..own.len() {
-            let by = across[row_tap] * own[x];
+        let step = moves[usize::from(swapped)].line(across, along_taps);
+        for x in 0..weights.along[0].len() {
+            let by = at(weights, step, x);
             if by * reach < 1e-3 || !row.matters(x) {
                 continue;
             }
-            let cost = |winner: usize| row.cost(problem, contest, x, winner);
+            let each = match row {
+                Row::Pixels(_) => step_of_rows as i64,
+                Row::Border(_) => 1,
+            };
+            let cost = |winner: usize| each * row.cost(problem, contest, x, winner);
             if contest.is_voronoi {
                 let near: [f32; MAX_CANDIDATES] = std::array::from_fn(|i| match i < count {
                     true => at(weights, lines[i], x),

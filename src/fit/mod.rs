@@ -11,13 +11,16 @@ mod margin;
 mod problem;
 mod rescue;
 mod search;
+mod texels;
 
 pub use init::start;
 pub use rescue::rescue;
 
+use crate::grid;
 use crate::labels::Regions;
-use crate::model::{Model, NodeId};
+use crate::model::{Block, Cells, Model, NodeId};
 use problem::Problem;
+use texels::{Texels, UNUSED};
 
 /// What a pixel of another region costs whatever its colour, as a part of black for white: two regions
 /// of one colour still have a boundary worth keeping.
@@ -28,19 +31,77 @@ const LABEL_COST: f64 = 0.05;
 ///
 /// An image may have either kernel, a volume the linear one.
 pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
+    let t = std::time::Instant::now();
     let mut problem = Problem::new(model, regions, LABEL_COST);
+    eprintln!("DBG problem {:?}", t.elapsed());
     margin::fit_margins(&mut problem);
+    eprintln!("DBG margin {:?} {}", t.elapsed(), search::all_errors(&problem).iter().sum::<i64>() / 65536);
     search::search(&mut problem);
+    eprintln!("DBG search {:?} {}", t.elapsed(), search::all_errors(&problem).iter().sum::<i64>() / 65536);
     close::close(&mut problem);
-    problem.store(model);
+    eprintln!("DBG close {:?} {}", t.elapsed(), search::all_errors(&problem).iter().sum::<i64>() / 65536);
+    problem.texels.store(model);
 }
 
 /// The second half of [`fit`] alone: for texels that were fitted before and planes that are new.
 pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
-    let mut problem = Problem::new(model, regions, LABEL_COST);
+    let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
     search::search(&mut problem);
     close::close(&mut problem);
-    problem.store(model);
+    problem.texels.store(model);
+}
+
+/// For each block about what would be wrong after [`fit`], in pixels of black for white, found in a
+/// fraction of its time. Texels are left as they are.
+pub fn estimate<const D: usize, const E: usize>(
+    model: &Model<D, E>,
+    regions: &Regions<D>,
+) -> Vec<f64> {
+    let mut problem = Problem::without_borders(model, regions, LABEL_COST);
+    margin::estimate_margins(&mut problem);
+    let mut errors = vec![0.0; model.blocks.len()];
+    for (cell, error) in problem.cells.iter().zip(search::all_errors(&problem)) {
+        let at = grid::place(model.size, cell.origin).map(|along| along >> model.block_log2);
+        errors[grid::index(model.block_grid(), at)] += error as f64 / 65536.0;
+    }
+    errors
+}
+
+/// The boundary scalars of a picture: what its free texels must be told. A texel that reaches cells of
+/// up to K candidates needs K − 1 numbers, and never more than E; one that follows from coarser ones
+/// none, if it does.
+pub fn scalars<const D: usize, const E: usize>(model: &Model<D, E>) -> usize {
+    let texels = Texels::of_fitted(model);
+    let mut of_each = vec![0u8; texels.values.len()];
+    for (block, places) in model.blocks.iter().zip(&texels.places) {
+        let Block::Cells(cells) = block else { continue };
+        for (&texel, scalars) in places.iter().zip(scalars_of_texels(model, cells)) {
+            if texel != UNUSED && texels.is_free(texel) {
+                let known = &mut of_each[texel as usize];
+                *known = scalars.max(*known);
+            }
+        }
+    }
+    of_each.into_iter().map(usize::from).sum()
+}
+
+/// The same for each texel of a block, as far as its own cells need it.
+pub(crate) fn scalars_of_texels<const D: usize, const E: usize>(
+    model: &Model<D, E>,
+    cells: &Cells<E>,
+) -> Vec<u8> {
+    let cell_grid = model.cell_grid(cells.texel_log2);
+    let texel_grid = model.texel_grid(cells.texel_log2);
+    let mut scalars = vec![0; grid::count(texel_grid)];
+    for cell in grid::places(cell_grid) {
+        let needed = (model.candidates(cells, cell).len() - 1).min(E) as u8;
+        for tap in grid::places([model.kernel.taps() as u32; D]) {
+            let texel = std::array::from_fn(|axis| cell[axis] + tap[axis]);
+            let known = &mut scalars[grid::index(texel_grid, texel)];
+            *known = needed.max(*known);
+        }
+    }
+    scalars
 }
 
 /// Closes seams in a model whose texels were changed. `keep` are pixels at which nodes keep winning:
@@ -50,8 +111,8 @@ fn close_seams<const D: usize, const E: usize>(
     regions: &Regions<D>,
     keep: &[(usize, u32, NodeId)],
 ) {
-    let mut problem = Problem::new(model, regions, LABEL_COST);
+    let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
     close::guard(&mut problem, keep);
     close::close(&mut problem);
-    problem.store(model);
+    problem.texels.store(model);
 }

@@ -5,7 +5,9 @@ use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::Regions;
 use crate::model::{Block, Cells, ListId, Located, Model, NodeId};
+use super::texels::Texels;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
 /// The label of a pixel that does not count: it lies outside the picture, or its region is not
@@ -112,15 +114,13 @@ pub(super) struct Problem<const E: usize> {
     /// By list; empty for solid ones.
     pub contests: Vec<Contest<E>>,
     /// The texels.
-    pub texels: Vec<[f32; E]>,
-    /// Texels by colour: texels of one colour share no cell.
+    pub texels: Texels<E>,
+    /// Free texels by colour: those of one colour, and what follows from them, share no cell.
     pub colors: Vec<Vec<u32>>,
     /// For each texel, where its cells start in `reach`.
     reach_starts: Vec<u32>,
     /// Cells, and as which of their taps a texel reaches them.
     reach: Vec<(u32, u8)>,
-    /// For each block its texels by number; [`u32::MAX`] for those not in use.
-    places: Vec<Vec<u32>>,
     /// By log₂ of the texel size.
     weights: BTreeMap<u8, Weights>,
 }
@@ -152,6 +152,34 @@ impl<const E: usize> Problem<E> {
         regions: &Regions<D>,
         label_cost: f64,
     ) -> Problem<E> {
+        Self::with(model, regions, label_cost, Texels::new(model), true)
+    }
+
+    /// The same for texels that were fitted before: see [`Texels::of_fitted`].
+    pub fn of_fitted<const D: usize>(
+        model: &Model<D, E>,
+        regions: &Regions<D>,
+        label_cost: f64,
+    ) -> Problem<E> {
+        Self::with(model, regions, label_cost, Texels::of_fitted(model), true)
+    }
+
+    /// The same without borders: each cell for itself.
+    pub fn without_borders<const D: usize>(
+        model: &Model<D, E>,
+        regions: &Regions<D>,
+        label_cost: f64,
+    ) -> Problem<E> {
+        Self::with(model, regions, label_cost, Texels::new(model), false)
+    }
+
+    fn with<const D: usize>(
+        model: &Model<D, E>,
+        regions: &Regions<D>,
+        label_cost: f64,
+        texels: Texels<E>,
+        has_borders: bool,
+    ) -> Problem<E> {
         let contests = (0..model.lists.len() as ListId)
             .into_par_iter()
             .map(|list| contest(model, list, label_cost))
@@ -170,17 +198,17 @@ impl<const E: usize> Problem<E> {
             guards: BTreeMap::new(),
             seam_cost: SEAM_COST,
             contests,
-            texels: Vec::new(),
-            colors: vec![Vec::new(); model.kernel.taps().pow(D as u32)],
+            texels,
+            colors: Vec::new(),
             reach_starts: Vec::new(),
             reach: Vec::new(),
-            places: vec![Vec::new(); model.blocks.len()],
             weights: BTreeMap::new(),
         };
         for texel_log2 in 0..=model.block_log2 {
-            problem.add_level(model, regions, texel_log2);
+            problem.add_level(model, regions, texel_log2, has_borders);
         }
         problem.link();
+        problem.paint();
         problem.join();
         problem
     }
@@ -191,43 +219,20 @@ impl<const E: usize> Problem<E> {
         model: &Model<D, E>,
         regions: &Regions<D>,
         texel_log2: u8,
+        has_borders: bool,
     ) {
         let of_level = |block: &Block<E>| matches!(block, Block::Cells(cells) if cells.texel_log2 == texel_log2);
         if !model.blocks.iter().any(of_level) {
             return;
         }
         self.weights.insert(texel_log2, weights::<D>(self.kernel, texel_log2));
-        let cell_grid = model.cell_grid(texel_log2);
-        let texel_grid = model.texel_grid(texel_log2);
-        let block_grid = model.block_grid();
-        // All texels of this size that the picture could have.
-        let all: [u32; D] =
-            std::array::from_fn(|axis| block_grid[axis] * cell_grid[axis] + self.kernel.texels(0));
-        let mut numbers = vec![u32::MAX; grid::count(all)];
         for (i, block) in model.blocks.iter().enumerate() {
-            let Block::Cells(cells) = block else { continue };
-            if cells.texel_log2 != texel_log2 {
-                continue;
-            }
-            let at = grid::place(block_grid, i);
-            let used = model.texels_in_use(cells);
-            let mut places = vec![u32::MAX; used.len()];
-            for (local, place) in places.iter_mut().enumerate().filter(|&(local, _)| used[local]) {
-                let within = grid::place(texel_grid, local);
-                let global: [u32; D] =
-                    std::array::from_fn(|axis| at[axis] * cell_grid[axis] + within[axis]);
-                let number = &mut numbers[grid::index(all, global)];
-                if *number == u32::MAX {
-                    *number = self.texels.len() as u32;
-                    self.texels.push(cells.texels[local].map(f32::from));
-                    let taps = self.kernel.taps() as u32;
-                    let color = grid::index([taps; D], global.map(|along| along % taps));
-                    self.colors[color].push(*number);
+            match block {
+                Block::Cells(cells) if cells.texel_log2 == texel_log2 => {
+                    self.add_cells(model, regions, i, cells, has_borders);
                 }
-                *place = *number;
+                _ => {}
             }
-            self.places[i] = places;
-            self.add_cells(model, regions, i, cells);
         }
     }
 
@@ -237,6 +242,7 @@ impl<const E: usize> Problem<E> {
         regions: &Regions<D>,
         block: usize,
         cells: &Cells<E>,
+        has_borders: bool,
     ) {
         let cell_grid = model.cell_grid(cells.texel_log2);
         let texel_grid = model.texel_grid(cells.texel_log2);
@@ -275,14 +281,16 @@ impl<const E: usize> Problem<E> {
             }
             let taps = grid::places([self.kernel.taps() as u32; D]).map(|tap| {
                 let texel = std::array::from_fn(|axis| cell[axis] + tap[axis]);
-                self.places[block][grid::index(texel_grid, texel)]
+                self.texels.places[block][grid::index(texel_grid, texel)]
             });
             self.taps.extend(taps);
             let from = self.borders.len() as u32;
             let origin = std::array::from_fn(|axis| {
                 (at[axis] << model.block_log2) + (cell[axis] << cells.texel_log2)
             });
-            self.add_borders(model, list, origin, cells.texel_log2, pixels);
+            if has_borders {
+                self.add_borders(model, list, origin, cells.texel_log2, pixels);
+            }
             let borders = from..self.borders.len() as u32;
             let (texel_log2, origin) = (cells.texel_log2, grid::index(model.size, origin));
             self.cells.push(Cell { list, texel_log2, origin, pixels, present, borders });
@@ -393,7 +401,7 @@ impl<const E: usize> Problem<E> {
 
     /// Notes for each texel the cells it reaches into.
     fn link(&mut self) {
-        let mut starts = vec![0u32; self.texels.len() + 1];
+        let mut starts = vec![0u32; self.texels.values.len() + 1];
         for &texel in &self.taps {
             starts[texel as usize + 1] += 1;
         }
@@ -409,6 +417,85 @@ impl<const E: usize> Problem<E> {
         }
         self.reach_starts = starts;
         self.reach = reach;
+    }
+
+    /// Sorts the free texels by colour. Those that others follow from reach farther than the rest: each
+    /// gets the first colour of another palette that is new to all cells that it moves.
+    pub fn paint(&mut self) {
+        let texels = self.texels.values.len() as u32;
+        let palette = self.texels.colors.iter().map(|&color| usize::from(color) + 1).max();
+        let palette = palette.unwrap_or(0);
+        let mut colors: Vec<Vec<u32>> = vec![Vec::new(); palette];
+        let mut taken: FxHashMap<u32, u64> = FxHashMap::default();
+        for texel in (0..texels).filter(|&texel| self.texels.is_free(texel)) {
+            if self.texels.followers(texel).is_empty() {
+                colors[usize::from(self.texels.colors[texel as usize])].push(texel);
+                continue;
+            }
+            let moved = self.moved(texel);
+            let known =
+                moved.iter().fold(0, |all, (cell, _)| all | taken.get(cell).copied().unwrap_or(0));
+            // Were there more than 64, the last would be shared; a cell has a dozen such texels.
+            let color = known.trailing_ones().min(63);
+            for &(cell, _) in &moved {
+                *taken.entry(cell).or_default() |= 1 << color;
+            }
+            let color = palette + color as usize;
+            if colors.len() <= color {
+                colors.resize(color + 1, Vec::new());
+            }
+            colors[color].push(texel);
+        }
+        self.colors = colors;
+    }
+
+    /// The cells that change when a free texel moves, and by how much each of their taps does.
+    pub fn moved(&self, texel: u32) -> Vec<(u32, [f32; TAPS])> {
+        let single = |&(cell, tap): &(u32, u8), by: f32| {
+            let mut taps = [0.0; TAPS];
+            taps[tap as usize] = by;
+            (cell, taps)
+        };
+        let mut moved: Vec<(u32, [f32; TAPS])> =
+            self.reach(texel).iter().map(|cell| single(cell, 1.0)).collect();
+        if self.texels.followers(texel).is_empty() {
+            return moved;
+        }
+        for &(follower, weight) in self.texels.followers(texel) {
+            moved.extend(self.reach(follower).iter().map(|cell| single(cell, weight)));
+        }
+        moved.sort_by_key(|&(cell, _)| cell);
+        moved.dedup_by(|next, first| {
+            let same = next.0 == first.0;
+            if same {
+                first.1.iter_mut().zip(next.1).for_each(|(sum, by)| *sum += by);
+            }
+            same
+        });
+        moved
+    }
+
+    /// The values of a cell's taps.
+    pub fn taps_at(&self, cell: usize) -> [[f32; E]; TAPS] {
+        let mut at = [[0.0; E]; TAPS];
+        for (at, &texel) in at.iter_mut().zip(self.taps(cell)) {
+            *at = self.texels.values[texel as usize];
+        }
+        at
+    }
+
+    /// The values of a cell's taps if a free texel, and what follows from it, were elsewhere.
+    pub fn taps_if(&self, cell: usize, moved: u32, to: [f32; E]) -> [[f32; E]; TAPS] {
+        let value = |texel: u32| match texel == moved {
+            true => to,
+            false => self.texels.values[texel as usize],
+        };
+        let mut at = [[0.0; E]; TAPS];
+        for (at, &texel) in at.iter_mut().zip(self.taps(cell)) {
+            let follows = self.texels.sources(texel).iter().any(|&(source, _)| source == moved);
+            *at = if follows { self.texels.following(texel, value) } else { value(texel) };
+        }
+        at
     }
 
     /// The cells that a texel reaches into, and as which of their taps.
@@ -435,18 +522,6 @@ impl<const E: usize> Problem<E> {
     pub fn labels(&self, cell: usize) -> &[u8] {
         let end = self.cells.get(cell + 1).map_or(self.labels.len(), |next| next.pixels);
         &self.labels[self.cells[cell].pixels..end]
-    }
-
-    /// Writes the texels back, rounded.
-    pub fn store<const D: usize>(&self, model: &mut Model<D, E>) {
-        for (block, places) in model.blocks.iter_mut().zip(&self.places) {
-            let Block::Cells(cells) = block else { continue };
-            for (texel, &place) in cells.texels.iter_mut().zip(places) {
-                if place != u32::MAX {
-                    *texel = self.texels[place as usize].map(|x| (x + 0.5) as u8);
-                }
-            }
-        }
     }
 }
 

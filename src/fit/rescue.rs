@@ -2,6 +2,7 @@
 //! it is.
 
 use super::close_seams;
+use super::texels::{Texels, UNUSED};
 use crate::embed::Cut;
 use crate::gamma::{Value, dot};
 use crate::grid::{self, Point};
@@ -58,6 +59,12 @@ pub fn rescue<const D: usize, const E: usize>(
 /// at none.
 struct Rescuer<'a, const D: usize, const E: usize> {
     model: &'a mut Model<D, E>,
+    /// The model's texels by number.
+    texels: Texels<E>,
+    /// For each texel where its blocks start in `copies`.
+    copy_starts: Vec<u32>,
+    /// Blocks, and the index of a texel there.
+    copies: Vec<(u32, u32)>,
     /// γ of each list that was asked for.
     cuts: Vec<OnceLock<Cut<E>>>,
     regions: &'a Regions<D>,
@@ -93,8 +100,21 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         decoded.iter().for_each(|&region| seen[region as usize] += 1);
         let mut pixels = vec![0; regions.classes.len()];
         regions.labels.iter().for_each(|&region| pixels[region as usize] += 1);
-        let newly = BTreeMap::new();
-        Rescuer { model, cuts, regions, pixels, decoded, seen, newly, has_pushed: false }
+        let texels = Texels::of_fitted(model);
+        let (copy_starts, copies) = copies(&texels);
+        Rescuer {
+            model,
+            texels,
+            copy_starts,
+            copies,
+            cuts,
+            regions,
+            pixels,
+            decoded,
+            seen,
+            newly: BTreeMap::new(),
+            has_pushed: false,
+        }
     }
 
     /// Pushes until no region is lost, or it does not get better. Returns those that are.
@@ -151,6 +171,7 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         };
         let before: Vec<Vec<[u8; E]>> = self.model.blocks.iter().map(texels).collect();
         close_seams(self.model, self.regions, &keep);
+        self.texels = Texels::of_fitted(self.model);
         for (block, before) in before.into_iter().enumerate() {
             if matches!(&self.model.blocks[block], Block::Cells(cells) if cells.texels != before) {
                 let at = grid::place(self.model.block_grid(), block);
@@ -228,19 +249,21 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         let Some(at) = self.easiest(region, pixels) else { return };
         let Some(place) = self.place(at) else { return };
         self.has_pushed = true;
-        let before = careful.then(|| self.texels(place));
+        // The free texels that moved, and where they were.
+        let mut before: BTreeMap<u32, [f32; E]> = BTreeMap::new();
         for _ in 0..PUSHES {
             match self.push(region, at) {
-                Some(push) if dot(push, push) > 0.0 => self.apply(place, at, push),
+                Some(push) if dot(push, push) > 0.0 => self.apply(place, at, push, &mut before),
                 _ => break,
             }
         }
-        let balance = self.decode_around(place);
-        if let (Some(before), true) = (before, balance <= 0) {
-            for (block, texel, value) in before {
-                self.set(block, texel, value);
+        let moved: Vec<u32> = before.keys().copied().collect();
+        let balance = self.decode_around(&moved);
+        if careful && balance <= 0 {
+            for (texel, value) in before {
+                self.set(texel, value);
             }
-            self.decode_around(place);
+            self.decode_around(&moved);
         }
     }
 
@@ -293,87 +316,84 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
     }
 
     /// Changes the texels that reach a pixel so that the value at its middle moves by `push`: each by
-    /// its weight, which is the least change of all together.
-    fn apply(&mut self, place: Place<D>, at: [u32; D], push: Value<E>) {
+    /// its weight, which is the least change of all together. Notes in `before` where they were.
+    fn apply(
+        &mut self,
+        place: Place<D>,
+        at: [u32; D],
+        push: Value<E>,
+        before: &mut BTreeMap<u32, [f32; E]>,
+    ) {
         let kernel = self.model.kernel;
         let texel_size = f64::from(1u32 << place.texel_log2);
         let weights = at.map(|along| {
             let within = along & ((1u32 << place.texel_log2) - 1);
             kernel.weights((f64::from(within) + 0.5) / texel_size)
         });
-        let taps = || grid::places([kernel.taps() as u32; D]);
-        let weight = |tap: [u32; D]| -> f64 {
-            (0..D).map(|axis| weights[axis][tap[axis] as usize]).product()
-        };
-        let squares: f64 = taps().map(|tap| weight(tap).powi(2)).sum();
-        for tap in taps() {
-            let texel = std::array::from_fn(|axis| place.cell[axis] + tap[axis]);
-            let share = weight(tap) / squares;
-            for (block, index) in self.copies(place.texel_log2, texel) {
-                let Block::Cells(cells) = &self.model.blocks[block] else { continue };
-                let old = cells.texels[index];
-                let new = std::array::from_fn(|e| {
-                    (f64::from(old[e]) + share * push[e]).round().clamp(0.0, 255.0) as u8
-                });
-                self.set(block, index, new);
+        let cells_log2 = self.model.block_log2 - place.texel_log2;
+        let block = place.cell.map(|along| along >> cells_log2);
+        let first = place.cell.map(|along| along & ((1 << cells_log2) - 1));
+        let places = &self.texels.places[grid::index(self.model.block_grid(), block)];
+        let texel_grid = self.model.texel_grid(place.texel_log2);
+        // The weights of the free texels that the taps follow from.
+        let mut shares: BTreeMap<u32, f64> = BTreeMap::new();
+        for tap in grid::places([kernel.taps() as u32; D]) {
+            let weight: f64 = (0..D).map(|axis| weights[axis][tap[axis] as usize]).product();
+            let local = std::array::from_fn(|axis| first[axis] + tap[axis]);
+            for (texel, part) in self.texels.free(places[grid::index(texel_grid, local)]) {
+                *shares.entry(texel).or_default() += weight * f64::from(part);
             }
         }
-    }
-
-    fn set(&mut self, block: usize, texel: usize, value: [u8; E]) {
-        if let Block::Cells(cells) = &mut self.model.blocks[block] {
-            cells.texels[texel] = value;
+        let squares: f64 = shares.values().map(|weight| weight * weight).sum();
+        for (texel, weight) in shares {
+            let old = self.texels.values[texel as usize];
+            before.entry(texel).or_insert(old);
+            let share = weight / squares;
+            let new = |e: usize| (f64::from(old[e]) + share * push[e]).round().clamp(0.0, 255.0);
+            self.set(texel, std::array::from_fn(|e| new(e) as f32));
         }
     }
 
-    /// The texels that reach a cell, with their values.
-    fn texels(&self, place: Place<D>) -> Vec<(usize, usize, [u8; E])> {
-        let mut texels = Vec::new();
-        for tap in grid::places([self.model.kernel.taps() as u32; D]) {
-            let texel = std::array::from_fn(|axis| place.cell[axis] + tap[axis]);
-            for (block, index) in self.copies(place.texel_log2, texel) {
-                if let Block::Cells(cells) = &self.model.blocks[block] {
-                    texels.push((block, index, cells.texels[index]));
+    /// Sets a free texel, and those that follow from it, in every block that has them.
+    fn set(&mut self, texel: u32, value: [f32; E]) {
+        self.texels.set(texel, value);
+        let followers = self.texels.followers(texel).iter().map(|&(follower, _)| follower);
+        for texel in std::iter::once(texel).chain(followers) {
+            let value = self.texels.values[texel as usize].map(|x| x as u8);
+            let copies = self.copy_starts[texel as usize]..self.copy_starts[texel as usize + 1];
+            for &(block, local) in &self.copies[copies.start as usize..copies.end as usize] {
+                if let Block::Cells(cells) = &mut self.model.blocks[block as usize] {
+                    cells.texels[local as usize] = value;
                 }
             }
         }
-        texels
     }
 
-    /// Every block with texels of that size that has the texel, and its index there. `texel` counts
-    /// over the whole picture, the ring before the first block included.
-    fn copies(&self, texel_log2: u8, texel: [u32; D]) -> Vec<(usize, usize)> {
-        let cells_log2 = self.model.block_log2 - texel_log2;
-        let texels = self.model.texel_grid(texel_log2);
-        let block_grid = self.model.block_grid();
-        let mut copies = Vec::new();
-        // A texel lies in the block of its cell, or on the ring of one before it: that may be two
-        // blocks away where each is a single cell.
-        for back in grid::places([3; D]) {
-            let mut block = [0; D];
-            let mut local = [0; D];
-            let inside = (0..D).all(|axis| {
-                let along = i64::from(texel[axis] >> cells_log2) - i64::from(back[axis]);
-                block[axis] = along as u32;
-                local[axis] = (i64::from(texel[axis]) - (along << cells_log2)) as u32;
-                (0..i64::from(block_grid[axis])).contains(&along) && local[axis] < texels[axis]
-            });
-            if inside {
-                let block = grid::index(block_grid, block);
-                if matches!(&self.model.blocks[block], Block::Cells(c) if c.texel_log2 == texel_log2)
-                {
-                    copies.push((block, grid::index(texels, local)));
-                }
-            }
-        }
-        copies
-    }
-
-    /// Decodes again what the texels of a cell reach. Returns how many more regions are found than lost.
-    fn decode_around(&mut self, place: Place<D>) -> i64 {
+    /// Decodes again what some free texels reach, and those that follow from them. Returns how many
+    /// more regions are found than lost.
+    fn decode_around(&mut self, moved: &[u32]) -> i64 {
         let reach = self.model.kernel.taps() as u32 - 1;
-        let from = place.cell.map(|cell| cell.saturating_sub(reach) << place.texel_log2);
-        let to = place.cell.map(|cell| (cell + reach + 1) << place.texel_log2);
+        let (mut from, mut to) = (self.model.size, [0; D]);
+        for &texel in moved {
+            let followers = self.texels.followers(texel).iter().map(|&(follower, _)| follower);
+            for texel in std::iter::once(texel).chain(followers) {
+                let copies = self.copy_starts[texel as usize]..self.copy_starts[texel as usize + 1];
+                for &(block, local) in &self.copies[copies.start as usize..copies.end as usize] {
+                    let Block::Cells(cells) = &self.model.blocks[block as usize] else { continue };
+                    let texel_log2 = cells.texel_log2;
+                    let local = grid::place(self.model.texel_grid(texel_log2), local as usize);
+                    let at = grid::place(self.model.block_grid(), block as usize);
+                    let cell_grid = self.model.cell_grid(texel_log2);
+                    for axis in 0..D {
+                        let first = at[axis] << self.model.block_log2;
+                        let low = local[axis].saturating_sub(reach) << texel_log2;
+                        let high = (local[axis] + 1).min(cell_grid[axis]) << texel_log2;
+                        from[axis] = from[axis].min(first + low);
+                        to[axis] = to[axis].max(first + high);
+                    }
+                }
+            }
+        }
         self.decode_box(from, to)
     }
 
@@ -381,7 +401,8 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
     /// lost.
     fn decode_box(&mut self, from: [u32; D], to: [u32; D]) -> i64 {
         let size = self.model.size;
-        let extent: [u32; D] = std::array::from_fn(|axis| to[axis].min(size[axis]) - from[axis]);
+        let extent: [u32; D] =
+            std::array::from_fn(|axis| to[axis].min(size[axis]).saturating_sub(from[axis]));
         let mut balance = 0;
         for step in grid::places(extent) {
             let at: [u32; D] = std::array::from_fn(|axis| from[axis] + step[axis]);
@@ -400,6 +421,29 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         }
         balance
     }
+}
+
+/// For each texel the blocks that have it, and its index there.
+fn copies<const E: usize>(texels: &Texels<E>) -> (Vec<u32>, Vec<(u32, u32)>) {
+    let uses = || {
+        let blocks = (0u32..).zip(&texels.places);
+        blocks.flat_map(|(block, places)| (0u32..).zip(places).map(move |(i, &p)| (p, (block, i))))
+    };
+    let mut starts = vec![0u32; texels.values.len() + 1];
+    for (texel, _) in uses().filter(|&(texel, _)| texel != UNUSED) {
+        starts[texel as usize + 1] += 1;
+    }
+    for i in 1..starts.len() {
+        starts[i] += starts[i - 1];
+    }
+    let mut next = starts.clone();
+    let mut copies = vec![(0, 0); starts.last().map_or(0, |&end| end as usize)];
+    for (texel, copy) in uses().filter(|&(texel, _)| texel != UNUSED) {
+        let slot = &mut next[texel as usize];
+        copies[*slot as usize] = copy;
+        *slot += 1;
+    }
+    (starts, copies)
 }
 
 fn middle<const D: usize>(at: [u32; D]) -> Point<D> {

@@ -16,10 +16,11 @@ const ROUNDS: usize = 3;
 
 /// Moves texels until none helps.
 pub(super) fn search<const E: usize>(problem: &mut Problem<E>) {
-    for texel in &mut problem.texels {
+    for texel in &mut problem.texels.values {
         *texel = texel.map(|x| (x + 0.5).floor());
     }
-    let restless = vec![true; problem.texels.len()];
+    problem.texels.follow_all();
+    let restless = vec![true; problem.texels.values.len()];
     let mut errors = all_errors(problem);
     search_from(problem, restless, &mut errors);
 }
@@ -55,14 +56,14 @@ pub(super) fn search_from<const E: usize>(
             }
             any |= !moves.is_empty();
             for &(texel, to) in &moves {
-                problem.texels[texel as usize] = to;
+                problem.texels.set(texel, to);
             }
             // Texels of a colour share no cell: none is counted twice.
             let counted: Vec<(u32, i64)> = moves
                 .par_iter()
                 .with_min_len(16)
                 .flat_map_iter(|&(texel, _)| {
-                    problem.reach(texel).iter().map(|&(cell, _)| {
+                    problem.moved(texel).into_iter().map(|(cell, _)| {
                         let taps = problem.taps_at(cell as usize);
                         (cell, count_errors(problem, cell as usize, &taps))
                     })
@@ -70,8 +71,8 @@ pub(super) fn search_from<const E: usize>(
                 .collect();
             for (cell, error) in counted {
                 errors[cell as usize] = error;
-                for &texel in problem.taps(cell as usize) {
-                    restless[texel as usize] = true;
+                for &tap in problem.taps(cell as usize) {
+                    problem.texels.free(tap).for_each(|(texel, _)| restless[texel as usize] = true);
                 }
             }
         }
@@ -83,17 +84,17 @@ pub(super) fn search_from<const E: usize>(
 
 /// Where a texel should go, if anywhere.
 fn better<const E: usize>(problem: &Problem<E>, errors: &[i64], texel: u32) -> Option<[f32; E]> {
-    let reach = problem.reach(texel);
-    let now: i64 = reach.iter().map(|&(cell, _)| errors[cell as usize]).sum();
+    let moved = problem.moved(texel);
+    let now: i64 = moved.iter().map(|&(cell, _)| errors[cell as usize]).sum();
     if now == 0 {
         return None;
     }
-    let at = problem.texels[texel as usize];
+    let at = problem.texels.values[texel as usize];
     let mut found: Vec<(i64, [f32; E])> = Vec::new();
-    for direction in directions(problem, texel) {
+    for direction in directions(problem, &moved) {
         let mut steps = Steps::default();
-        for &(cell, tap) in reach {
-            note_changes(problem, cell as usize, tap as usize, direction, &mut steps);
+        for (cell, taps) in &moved {
+            note_changes(problem, *cell as usize, taps, direction, &mut steps);
         }
         let Some((step, gain)) = steps.best() else { continue };
         let to: [f32; E] = std::array::from_fn(|e| {
@@ -106,11 +107,10 @@ fn better<const E: usize>(problem: &Problem<E>, errors: &[i64], texel: u32) -> O
     found.sort_by_key(|&(gain, _)| -gain);
     // Rounded to bytes it may be a little different.
     found.into_iter().map(|(_, to)| to).find(|&to| {
-        let after: i64 = reach
+        let after: i64 = moved
             .iter()
-            .map(|&(cell, tap)| {
-                let mut taps = problem.taps_at(cell as usize);
-                taps[tap as usize] = to;
+            .map(|&(cell, _)| {
+                let taps = problem.taps_if(cell as usize, texel, to);
                 count_errors(problem, cell as usize, &taps)
             })
             .sum();
@@ -120,9 +120,12 @@ fn better<const E: usize>(problem: &Problem<E>, errors: &[i64], texel: u32) -> O
 
 /// The directions that may change a winner: between candidates, and where there are more than two
 /// of those the axes too.
-fn directions<const E: usize>(problem: &Problem<E>, texel: u32) -> Vec<[f32; E]> {
+fn directions<const E: usize>(
+    problem: &Problem<E>,
+    moved: &[(u32, [f32; TAPS])],
+) -> Vec<[f32; E]> {
     let mut found: Vec<[f32; E]> = Vec::new();
-    for &(cell, _) in problem.reach(texel) {
+    for &(cell, _) in moved {
         let cell = &problem.cells[cell as usize];
         for pair in &problem.contests[cell.list as usize].pairs {
             if found.len() == DIRECTIONS {
@@ -144,15 +147,4 @@ fn directions<const E: usize>(problem: &Problem<E>, texel: u32) -> Vec<[f32; E]>
         }
     }
     found
-}
-
-impl<const E: usize> Problem<E> {
-    /// The values of a cell's taps.
-    pub(super) fn taps_at(&self, cell: usize) -> [[f32; E]; TAPS] {
-        let mut at = [[0.0; E]; TAPS];
-        for (at, &texel) in at.iter_mut().zip(self.taps(cell)) {
-            *at = self.texels[texel as usize];
-        }
-        at
-    }
 }

@@ -1,5 +1,6 @@
 //! `istar encode`
 
+use crate::info::texel_sizes;
 use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
 use istar::labels::Connectivity;
@@ -26,9 +27,10 @@ pub struct Args {
 /// How to encode.
 #[derive(clap::Args)]
 struct Options {
-    /// Source pixels a texel stands for: 2, 4, 8, 16, 32 or 64
-    #[arg(long, value_name = "N", default_value_t = EncodeOptions::default().texel_size)]
-    texel_size: u32,
+    /// Source pixels a texel stands for: 2, 4, 8, 16, 32 or 64, everywhere. Without it each block of
+    /// the picture has its own, as it pays
+    #[arg(long, value_name = "N")]
+    texel_size: Option<u32>,
     /// Choose the coarsest texels that reach this PSNR
     #[arg(long, value_name = "DB", conflicts_with = "texel_size", value_parser = decibels)]
     psnr: Option<f64>,
@@ -123,15 +125,12 @@ pub fn run(args: &Args) -> Outcome {
     let output = files::Output::create(&args.output)?;
     let psnr = args.options.psnr.map(Target::Psnr);
     let target = psnr.or(args.options.max_bytes.map(Target::MaxBytes));
-    let (Chosen { image, texel_size, psnr, .. }, bytes) =
-        encode_file(&args.input, &options, target)?;
+    let (Chosen { image, psnr, .. }, bytes) = encode_file(&args.input, &options, target)?;
     output.finish(&bytes)?;
     if let (Some(wanted), Some(psnr)) = (args.options.psnr, psnr)
         && psnr < wanted
     {
-        eprintln!(
-            "istar: {wanted} dB cannot be reached: the best is {psnr:.2} dB, at texel size {texel_size}"
-        );
+        eprintln!("istar: {wanted} dB cannot be reached: the best is {psnr:.2} dB");
     }
     let [width, height] = image.size;
     if args.json {
@@ -141,7 +140,7 @@ pub fn run(args: &Args) -> Outcome {
                 "bytes": bytes.len(),
                 "size": image.size,
                 "regions": image.regions.len(),
-                "texel_size": texel_size,
+                "texel_size": texel_sizes(&image),
             })
         );
     } else {
@@ -166,14 +165,12 @@ pub fn encode_file(
     stages.set("reading");
     let source = pictures::read_source(input, &options.limits)?;
     let stage = |stage| stages.set(stage);
-    let chosen =
-        match target {
-            Some(target) => istar::encode_to(&source, options, target, stage),
-            None => istar::encode_with_notes(&source, options, stage).map(|(image, notes)| {
-                Chosen { image, notes, texel_size: options.texel_size, psnr: None }
-            }),
-        }
-        .map_err(|error| files::at(input, &error))?;
+    let chosen = match target {
+        Some(target) => istar::encode_to(&source, options, target, stage),
+        None => istar::encode_with_notes(&source, options, stage)
+            .map(|(image, notes)| Chosen { image, notes, psnr: None }),
+    }
+    .map_err(|error| files::at(input, &error))?;
     stages.set("packing");
     let bytes = container::write_with(&chosen.image, &chosen.notes)
         .map_err(|error| files::at(input, &error))?;

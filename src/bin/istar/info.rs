@@ -2,7 +2,7 @@
 
 use crate::{Outcome, files};
 use istar::model::Block;
-use istar::{Image, container, embed, raster};
+use istar::{Image, container, embed, fit, raster};
 use serde_json::json;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -40,6 +40,7 @@ pub fn run(args: &Args) -> Outcome {
                 "edges": image.edges.len(),
                 "faces": image.faces.len(),
                 "texel_size": sizes,
+                "scalars": fit::scalars(&image),
                 "kernel": image.kernel.name(),
                 "gamma": image.gamma.name(),
                 "tiles": 1,
@@ -69,6 +70,7 @@ pub fn run(args: &Args) -> Outcome {
         "texel size  {}",
         if sizes.is_empty() { "none: all solid".into() } else { sizes.join(", ") }
     );
+    println!("scalars     {}", fit::scalars(&image));
     println!("kernel      {}", image.kernel.name());
     println!("gamma       {}", image.gamma.name());
     println!("tiles       1, levels 1");
@@ -86,7 +88,7 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 /// The texel sizes in use, smallest first.
-fn texel_sizes(image: &Image) -> BTreeSet<u32> {
+pub fn texel_sizes(image: &Image) -> BTreeSet<u32> {
     let size = |block: &Block<3>| match block {
         Block::Solid(_) => None,
         Block::Cells(cells) => Some(1 << cells.texel_log2),

@@ -1,0 +1,126 @@
+//! Which texel size each block gets: the one whose error, and the price of its bytes, are least
+//! together. What is wrong with a size is found by a quick fit, the coarsest first; finer ones are
+//! looked at only where they could pay.
+
+use crate::complex::{CellLists, Gathered};
+use crate::embed::{self, Embedding};
+use crate::encode::{BLOCK_LOG2, Prepared, TEXEL_SIZES};
+use crate::fit;
+use crate::grid;
+use crate::model::{Block, Image};
+
+/// The size whose lists nodes are placed for; those of finer cells are parts of them.
+const PLACED_AT: u8 = 4;
+
+/// Bytes for each boundary scalar: 3 bits, until a coder tells.
+pub(crate) const BYTES_A_SCALAR: f64 = 0.375;
+
+/// No finer size has fewer bytes than this, as a part of what a size has: what is wrong must be worth
+/// the difference, or finer ones are not looked at.
+const LEAST_GROWTH: f64 = 1.5;
+
+/// What a block has with one texel size.
+#[derive(Debug, Clone, Copy)]
+struct Look {
+    /// In pixels of black for white.
+    error: f64,
+    bytes: f64,
+}
+
+/// What blocks have with each texel size that was looked at.
+pub(crate) struct Sizes<'a> {
+    prepared: &'a Prepared<'a>,
+    /// Nodes as they lie where all texels have one size.
+    settled: Embedding<3>,
+    /// By size as in [`TEXEL_SIZES`], and block.
+    looks: Vec<Vec<Option<Look>>>,
+}
+
+impl<'a> Sizes<'a> {
+    /// Places nodes; nothing is looked at yet.
+    pub(crate) fn new(prepared: &'a Prepared<'a>, stage: &mut impl FnMut(&'static str)) -> Self {
+        stage("placing nodes");
+        let mut cells = CellLists::new(prepared.regions(), BLOCK_LOG2, PLACED_AT);
+        let settled = embed::place(prepared.dual(), &mut cells, None);
+        let blocks = grid::count(grid::pieces(prepared.regions().size, BLOCK_LOG2));
+        Sizes { prepared, settled, looks: vec![vec![None; blocks]; TEXEL_SIZES.len()] }
+    }
+
+    /// The nodes' positions for one texel size, near to those for any.
+    pub(crate) fn positions(&self) -> &[[u8; 3]] {
+        &self.settled.positions
+    }
+
+    /// For each block log₂ of its texel size, where a byte must set `price` pixels right, black for
+    /// white, to be spent.
+    pub(crate) fn choose(&mut self, price: f64, stage: &mut impl FnMut(&'static str)) -> Vec<u8> {
+        stage("choosing texel sizes");
+        for (size, _) in TEXEL_SIZES.iter().enumerate() {
+            let is_due = |block: usize| {
+                let could_pay = match size.checked_sub(1) {
+                    None => true,
+                    Some(coarser) => self.looks[coarser][block].is_some_and(|look| {
+                        look.error > price * (LEAST_GROWTH - 1.0) * look.bytes && look.bytes > 0.0
+                    }),
+                };
+                could_pay && self.looks[size][block].is_none()
+            };
+            let due: Vec<bool> = (0..self.looks[size].len()).map(is_due).collect();
+            if due.contains(&true) {
+                self.look(size, &due);
+            }
+        }
+        (0..self.looks[0].len())
+            .map(|block| {
+                let cost = |size: &usize| {
+                    let look = self.looks[*size][block]?;
+                    Some((look.error + price * look.bytes, *size))
+                };
+                let costs = (0..TEXEL_SIZES.len()).filter_map(|size| cost(&size));
+                let best = costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |best| best.1);
+                TEXEL_SIZES[best].trailing_zeros() as u8
+            })
+            .collect()
+    }
+
+    /// What is wrong in all blocks together with the `sizes` chosen, in pixels of black for white, and
+    /// the bytes of their scalars.
+    pub(crate) fn sum(&self, sizes: &[u8]) -> (f64, f64) {
+        let looks = sizes.iter().enumerate().filter_map(|(block, &size)| {
+            let size = TEXEL_SIZES.iter().position(|&s| s == 1 << size)?;
+            self.looks[size][block]
+        });
+        looks.fold((0.0, 0.0), |sum, look| (sum.0 + look.error, sum.1 + look.bytes))
+    }
+
+    /// Looks at one size in some blocks.
+    fn look(&mut self, size: usize, due: &[bool]) {
+        let texel_log2 = TEXEL_SIZES[size].trailing_zeros() as u8;
+        let regions = self.prepared.regions();
+        let Gathered { lists, blocks } =
+            CellLists::of_some(regions, BLOCK_LOG2, texel_log2, due).gather();
+        let positions = self.settled.positions.clone();
+        let embedding = Embedding { gathered: Gathered { lists, blocks }, positions, violations_before: 0 };
+        let mut image = self.prepared.assemble(embedding);
+        fit::start(&mut image, regions);
+        let errors = fit::estimate(&image, regions);
+        for (block, error) in errors.into_iter().enumerate().filter(|&(block, _)| due[block]) {
+            let bytes = BYTES_A_SCALAR * scalars(&image, block) as f64;
+            self.looks[size][block] = Some(Look { error, bytes });
+        }
+    }
+}
+
+/// The boundary scalars of a block's own texels, its ring not counted: as many as its cells' nodes
+/// span dimensions.
+fn scalars(image: &Image, block: usize) -> usize {
+    let Block::Cells(cells) = &image.blocks[block] else { return 0 };
+    let own = image.cell_grid(cells.texel_log2);
+    let texel_grid = image.texel_grid(cells.texel_log2);
+    // The quadratic kernel's first texels belong to the ring.
+    let first = image.kernel.taps() as u32 - 2;
+    let of_each = fit::scalars_of_texels(image, cells);
+    grid::places(own)
+        .map(|at| usize::from(of_each[grid::index(texel_grid, at.map(|along| along + first))]))
+        .sum()
+}
