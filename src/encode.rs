@@ -11,10 +11,18 @@ use crate::kernel::Kernel;
 use crate::labels::{Connectivity, Regions, Source, components};
 use crate::limits::Limits;
 use crate::model::{Block, Cells, Image, Node, Region};
+use crate::raster;
 use crate::sizes::Sizes;
+use rayon::prelude::*;
 
-/// log₂ of the width of a block.
-pub(crate) const BLOCK_LOG2: u8 = 6;
+/// log₂ of the width of a block: as small as pays, since all of it has one texel size. It is wider
+/// only where texels are.
+pub(crate) const BLOCK_LOG2: u8 = 5;
+
+/// Times that blocks with seams that do not close get finer texels, and those that they may get, as
+/// log₂.
+const CLOSINGS: usize = 6;
+const FINEST_FOR_SEAMS: u8 = 1;
 
 /// The texel sizes there are, the coarsest first.
 pub(crate) const TEXEL_SIZES: [u32; 6] = [64, 32, 16, 8, 4, 2];
@@ -99,7 +107,9 @@ pub fn encode_with_notes(
         None => {
             let mut sizes = Sizes::new(&prepared, &mut stage);
             let chosen = sizes.choose(price, &mut stage);
-            if std::env::var("V").is_ok() { eprintln!("expected {:?}", sizes.sum(&chosen)); }
+            if std::env::var("V").is_ok() {
+                eprintln!("expected {:?}", sizes.sum(&chosen));
+            }
             prepared.encode_blocks(&chosen, Some(sizes.positions()), &mut stage)
         }
     }
@@ -137,7 +147,8 @@ impl<'a> Prepared<'a> {
         stage: &mut impl FnMut(&'static str),
     ) -> Result<(Image, Notes)> {
         let texel_log2 = texel_size.trailing_zeros() as u8;
-        encode_cells(self, CellLists::new(&self.regions, BLOCK_LOG2, texel_log2), None, stage)
+        let block_log2 = BLOCK_LOG2.max(texel_log2);
+        encode_cells(self, CellLists::new(&self.regions, block_log2, texel_log2), None, stage)
     }
 
     /// The image with a texel size for each block, given as log₂. Nodes begin where they are `settled`
@@ -174,22 +185,34 @@ fn encode_cells(
 ) -> Result<(Image, Notes)> {
     let Prepared { source, options, regions, dual } = prepared;
     let mut notes = Notes::default();
+    let mut fitted: Option<(Vec<[u8; 3]>, Image)> = None;
+    let mut closings = CLOSINGS;
     loop {
         stage("placing nodes");
         let embedding = embed::place(dual, &mut cells, settled);
-        settled = Some(embedding.positions.clone());
+        let positions = embedding.positions.clone();
+        settled = Some(positions.clone());
         notes.violations_before = notes.violations_before.or(Some(embedding.violations_before));
         let mut image = prepared.assemble(embedding);
         fit::start(&mut image, regions);
-        // Most of what needs finer texels shows before the fit, which takes longer.
-        stage("looking for what was lost");
-        let mut lost = fit::rescue(&mut image, regions, false);
-        if lost.is_empty() {
-            stage("fitting texels");
-            fit::fit(&mut image, regions);
+        // Texels that were fitted to nodes where they are now only need to be where blocks changed.
+        fitted.take_if(|fitted| fitted.0 != positions);
+        if fitted.is_none() {
+            // Most of what needs finer texels shows before the fit, which takes longer.
             stage("looking for what was lost");
-            lost = fit::rescue(&mut image, regions, true);
+            let lost = fit::rescue(&mut image, regions, false);
+            if !lost.is_empty() {
+                cells.refine_at(&lost);
+                continue;
+            }
         }
+        stage("fitting texels");
+        match &fitted {
+            Some((_, before)) => fit::resume(&mut image, before, regions),
+            None => fit::fit(&mut image, regions),
+        }
+        stage("looking for what was lost");
+        let mut lost = fit::rescue(&mut image, regions, true);
         if lost.is_empty() && options.gamma == Gamma::Planes {
             stage("fitting planes");
             embed::fit_planes(&mut image, regions);
@@ -199,6 +222,12 @@ fn encode_cells(
         }
         if !lost.is_empty() {
             cells.refine_at(&lost);
+            fitted = Some((positions, image));
+            continue;
+        }
+        if closings > 0 && cells.refine_between(&open_seams(&image), FINEST_FOR_SEAMS) {
+            closings -= 1;
+            fitted = Some((positions, image));
             continue;
         }
         if !options.forbidden.is_empty() {
@@ -208,6 +237,14 @@ fn encode_cells(
         }
         return Ok((image, notes));
     }
+}
+
+/// The pixels on both sides of every seam.
+fn open_seams(image: &Image) -> Vec<[[u32; 2]; 2]> {
+    (0..image.blocks.len())
+        .into_par_iter()
+        .flat_map_iter(|block| raster::seams_from(image, block))
+        .collect()
 }
 
 /// Regions' nodes, and each ghost in the middle of the nodes around it.
@@ -229,7 +266,7 @@ fn assemble(
     dual: &Dual,
     embedding: Embedding<3>,
 ) -> Image {
-    let Embedding { gathered: Gathered { lists, blocks }, positions, .. } = embedding;
+    let Embedding { gathered: Gathered { block_log2, lists, blocks }, positions, .. } = embedding;
     let blocks = blocks
         .into_iter()
         .map(|(texel_log2, cells)| match *lists.get(cells[0]) {
@@ -241,7 +278,7 @@ fn assemble(
         size: source.size(),
         kernel: options.kernel,
         gamma: options.gamma,
-        block_log2: BLOCK_LOG2,
+        block_log2,
         regions: regions.classes.iter().map(|&c| Region { color: source.color(c) }).collect(),
         nodes: nodes(&positions, dual),
         edges: dual.edges.clone(),

@@ -154,7 +154,9 @@ mod tests {
             };
             for ratio in [2, 4, 8] {
                 let fine: Vec<f64> = (0..kernel.texels(ratio))
-                    .map(|at| kernel.refined(ratio, at).iter().zip(coarse).map(|(w, t)| w * t).sum())
+                    .map(|at| {
+                        kernel.refined(ratio, at).iter().zip(coarse).map(|(w, t)| w * t).sum()
+                    })
                     .collect();
                 for cell in 0..ratio as usize {
                     for u in [0.0, 0.3, 1.0] {

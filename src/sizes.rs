@@ -2,12 +2,15 @@
 //! together. What is wrong with a size is found by a quick fit, the coarsest first; finer ones are
 //! looked at only where they could pay.
 
-use crate::complex::{CellLists, Gathered};
+use crate::complex::CellLists;
 use crate::embed::{self, Embedding};
-use crate::encode::{BLOCK_LOG2, Prepared, TEXEL_SIZES};
+use crate::encode::{BLOCK_LOG2, Prepared};
 use crate::fit;
 use crate::grid;
 use crate::model::{Block, Image};
+
+/// The texel sizes that a block may have, the coarsest first: no more than its own width.
+const SIZES: [u32; 5] = [32, 16, 8, 4, 2];
 
 /// The size whose lists nodes are placed for; those of finer cells are parts of them.
 const PLACED_AT: u8 = 4;
@@ -32,7 +35,7 @@ pub(crate) struct Sizes<'a> {
     prepared: &'a Prepared<'a>,
     /// Nodes as they lie where all texels have one size.
     settled: Embedding<3>,
-    /// By size as in [`TEXEL_SIZES`], and block.
+    /// By size as in [`SIZES`], and block.
     looks: Vec<Vec<Option<Look>>>,
 }
 
@@ -42,8 +45,9 @@ impl<'a> Sizes<'a> {
         stage("placing nodes");
         let mut cells = CellLists::new(prepared.regions(), BLOCK_LOG2, PLACED_AT);
         let settled = embed::place(prepared.dual(), &mut cells, None);
-        let blocks = grid::count(grid::pieces(prepared.regions().size, BLOCK_LOG2));
-        Sizes { prepared, settled, looks: vec![vec![None; blocks]; TEXEL_SIZES.len()] }
+        let block_grid = grid::pieces(prepared.regions().size, BLOCK_LOG2);
+        let looks = vec![vec![None; grid::count(block_grid)]; SIZES.len()];
+        Sizes { prepared, settled, looks }
     }
 
     /// The nodes' positions for one texel size, near to those for any.
@@ -55,7 +59,7 @@ impl<'a> Sizes<'a> {
     /// white, to be spent.
     pub(crate) fn choose(&mut self, price: f64, stage: &mut impl FnMut(&'static str)) -> Vec<u8> {
         stage("choosing texel sizes");
-        for (size, _) in TEXEL_SIZES.iter().enumerate() {
+        for (size, _) in SIZES.iter().enumerate() {
             let is_due = |block: usize| {
                 let could_pay = match size.checked_sub(1) {
                     None => true,
@@ -70,24 +74,24 @@ impl<'a> Sizes<'a> {
                 self.look(size, &due);
             }
         }
-        (0..self.looks[0].len())
+        let chosen: Vec<usize> = (0..self.looks[0].len())
             .map(|block| {
                 let cost = |size: &usize| {
                     let look = self.looks[*size][block]?;
                     Some((look.error + price * look.bytes, *size))
                 };
-                let costs = (0..TEXEL_SIZES.len()).filter_map(|size| cost(&size));
-                let best = costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |best| best.1);
-                TEXEL_SIZES[best].trailing_zeros() as u8
+                let costs = (0..SIZES.len()).filter_map(|size| cost(&size));
+                costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |best| best.1)
             })
-            .collect()
+            .collect();
+        chosen.into_iter().map(|size| SIZES[size].trailing_zeros() as u8).collect()
     }
 
     /// What is wrong in all blocks together with the `sizes` chosen, in pixels of black for white, and
     /// the bytes of their scalars.
     pub(crate) fn sum(&self, sizes: &[u8]) -> (f64, f64) {
         let looks = sizes.iter().enumerate().filter_map(|(block, &size)| {
-            let size = TEXEL_SIZES.iter().position(|&s| s == 1 << size)?;
+            let size = SIZES.iter().position(|&s| s == 1 << size)?;
             self.looks[size][block]
         });
         looks.fold((0.0, 0.0), |sum, look| (sum.0 + look.error, sum.1 + look.bytes))
@@ -95,12 +99,11 @@ impl<'a> Sizes<'a> {
 
     /// Looks at one size in some blocks.
     fn look(&mut self, size: usize, due: &[bool]) {
-        let texel_log2 = TEXEL_SIZES[size].trailing_zeros() as u8;
+        let texel_log2 = SIZES[size].trailing_zeros() as u8;
         let regions = self.prepared.regions();
-        let Gathered { lists, blocks } =
-            CellLists::of_some(regions, BLOCK_LOG2, texel_log2, due).gather();
+        let gathered = CellLists::of_some(regions, BLOCK_LOG2, texel_log2, due).gather();
         let positions = self.settled.positions.clone();
-        let embedding = Embedding { gathered: Gathered { lists, blocks }, positions, violations_before: 0 };
+        let embedding = Embedding { gathered, positions, violations_before: 0 };
         let mut image = self.prepared.assemble(embedding);
         fit::start(&mut image, regions);
         let errors = fit::estimate(&image, regions);

@@ -6,17 +6,18 @@ use crate::limits::MAX_CANDIDATES;
 use crate::model::{ListId, Lists, RegionId};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// How far beyond its own pixels a cell looks for candidates. Without it neighbouring cells
 /// disagree along their border far more often (design: seams 3.9 % against 0.55 %).
 const WIDENING: i64 = 1;
 
 /// A block where a cell would hold more candidates than this gets finer cells from the start: nodes
-/// find their places more easily, and texels that coarse would draw such a crowd badly …
-const CROWD: usize = 8;
+/// find their places more easily, and texels that coarse would draw such a crowd badly. By log₂ of the
+/// texel size: what a coarser cell lists, more other lists hang on.
+const CROWD: [usize; 7] = [16, 16, 12, 10, 8, 4, 3];
 
-/// … down to this log₂ of the texel size. In an image a cell of 2 pixels, widened, sees 16 candidates
+/// This goes down to this log₂ of the texel size. In an image a cell of 2 pixels, widened, sees 16 candidates
 /// at most: no more than a list may hold.
 const FINEST_OF_CROWDS: u8 = 1;
 
@@ -48,6 +49,8 @@ pub struct Anchor<const D: usize> {
 /// Every distinct list once, and each block's cells by them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Gathered {
+    /// log₂ of the width of a block.
+    pub block_log2: u8,
     /// The lists.
     pub lists: Lists,
     /// For each block, log₂ of its texel size and the list of each of its cells.
@@ -103,6 +106,28 @@ impl<'a, const D: usize> CellLists<'a, D> {
         }
         self.blocks[block] = list_block(self.regions, self.block_log2, block, texel_log2 - 1);
         true
+    }
+
+    /// Gives the coarser of the blocks of each pair of pixels texels half as large, or both where they
+    /// have the same, unless they are this fine already; `false` where all are.
+    pub fn refine_between(&mut self, pairs: &[[[u32; D]; 2]], finest_log2: u8) -> bool {
+        let block_grid = grid::pieces(self.regions.size, self.block_log2);
+        let block = |at: [u32; D]| grid::index(block_grid, at.map(|a| a >> self.block_log2));
+        let mut due = BTreeSet::new();
+        for pair in pairs {
+            let blocks = pair.map(block);
+            let size = |block: usize| {
+                let BlockLists { texel_log2, cells, .. } = &self.blocks[block];
+                let is_solid = cells.get(0).len() == 1 && cells.iter().all(|l| l == cells.get(0));
+                if is_solid { 0 } else { *texel_log2 }
+            };
+            let coarsest = size(blocks[0]).max(size(blocks[1]));
+            due.extend(blocks.iter().filter(|&&b| size(b) == coarsest && coarsest > finest_log2));
+        }
+        for &block in &due {
+            self.refine(block);
+        }
+        !due.is_empty()
     }
 
     /// Brings pixels nearer to decoding to their own regions: halves the texel size of the blocks they
@@ -191,7 +216,7 @@ impl<'a, const D: usize> CellLists<'a, D> {
                 (block.texel_log2, block.cells.iter().map(id).collect())
             })
             .collect();
-        Gathered { lists, blocks }
+        Gathered { block_log2: self.block_log2, lists, blocks }
     }
 }
 
@@ -211,7 +236,7 @@ fn list_block<const D: usize>(
             let cell = std::array::from_fn(|axis| at[axis] * cell_grid[axis] + cell[axis]);
             let (list, dropped) = candidates(regions, cell, texel_log2);
             cells.push(&list);
-            crowded |= list.len() > CROWD;
+            crowded |= list.len() > CROWD[usize::from(texel_log2)];
             left_out += dropped;
         }
         if !crowded || texel_log2 <= FINEST_OF_CROWDS {
@@ -302,7 +327,7 @@ mod tests {
         // Region 1 starts at x = 4: cells of 2 pixels at 2..4 and 4..6 see both.
         let labels: Vec<u32> = (0..64).map(|i| u32::from(i % 8 >= 4)).collect();
         let regions = Regions { size: [8, 8], labels, classes: vec![0, 1] };
-        let Gathered { lists, blocks } = CellLists::new(&regions, 3, 1).gather();
+        let Gathered { lists, blocks, .. } = CellLists::new(&regions, 3, 1).gather();
         let row: Vec<&[u32]> = blocks[0].1[..4].iter().map(|&l| lists.get(l)).collect();
         assert_eq!(row, [&[0][..], &[0, 1], &[0, 1], &[1]]);
         assert_eq!(lists.len(), 3);
@@ -317,7 +342,7 @@ mod tests {
         assert!(cells.refine(0), "to single pixels, where it is asked for");
         assert!(!cells.refine(0));
         let list = |cells: &CellLists<2>, cell: usize| {
-            let Gathered { lists, blocks } = cells.gather();
+            let Gathered { lists, blocks, .. } = cells.gather();
             (blocks[1].0, lists.get(blocks[1].1[cell]).to_vec())
         };
         cells.refine_at(&[[9, 1], [10, 1]]);

@@ -16,9 +16,9 @@ use crate::limits::MAX_CANDIDATES;
 pub fn covers<const D: usize>(
     dual: &Dual,
     regions: &Regions<D>,
-    Gathered { lists, blocks }: &Gathered,
-    block_log2: u8,
+    Gathered { block_log2, lists, blocks }: &Gathered,
 ) -> Result<()> {
+    let block_log2 = *block_log2;
     if lists.iter().flatten().any(|&node| node as usize >= dual.nodes()) {
         return Err(Error::malformed("lists", "a list names a node that is not there"));
     }
@@ -108,7 +108,7 @@ mod tests {
         let sound = dual(&regions);
         let cells = CellLists::new(&regions, 2, 1).gather();
         let message = |dual: &Dual, cells: &Gathered| {
-            covers(dual, &regions, cells, 2).map_err(|e| e.to_string())
+            covers(dual, &regions, cells).map_err(|e| e.to_string())
         };
         assert_eq!(message(&sound, &cells), Ok(()));
 
@@ -120,7 +120,7 @@ mod tests {
 
         let mut lists = Lists::default();
         lists.push(&[1]);
-        let poor = |blocks| Gathered { lists: lists.clone(), blocks };
+        let poor = |blocks| Gathered { block_log2: 2, lists: lists.clone(), blocks };
         let found = message(&sound, &poor(vec![(1, vec![0; 4]); 4])).unwrap_err();
         assert!(found.contains("[0, 0] does not list region 0"), "{found}");
         assert!(message(&sound, &poor(vec![(1, vec![0; 4]); 3])).is_err());

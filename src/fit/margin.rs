@@ -9,7 +9,7 @@ use rayon::prelude::*;
 const ROUNDS: usize = 100;
 /// The same where only an estimate is wanted, and the rows of pixels of a cell that are looked at then.
 const FEW_ROUNDS: usize = 24;
-const FEW_ROWS: usize = 8;
+const FEW_ROWS: usize = 16;
 /// How far a texel moves at first and at last, in value units.
 const STEP: [f32; 2] = [24.0, 1.0];
 /// The margin at first and at last, in value units.

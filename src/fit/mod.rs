@@ -9,6 +9,7 @@ mod init;
 mod line;
 mod margin;
 mod problem;
+mod refine;
 mod rescue;
 mod search;
 mod texels;
@@ -31,15 +32,10 @@ const LABEL_COST: f64 = 0.05;
 ///
 /// An image may have either kernel, a volume the linear one.
 pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
-    let t = std::time::Instant::now();
     let mut problem = Problem::new(model, regions, LABEL_COST);
-    eprintln!("DBG problem {:?}", t.elapsed());
     margin::fit_margins(&mut problem);
-    eprintln!("DBG margin {:?} {}", t.elapsed(), search::all_errors(&problem).iter().sum::<i64>() / 65536);
     search::search(&mut problem);
-    eprintln!("DBG search {:?} {}", t.elapsed(), search::all_errors(&problem).iter().sum::<i64>() / 65536);
     close::close(&mut problem);
-    eprintln!("DBG close {:?} {}", t.elapsed(), search::all_errors(&problem).iter().sum::<i64>() / 65536);
     problem.texels.store(model);
 }
 
@@ -47,6 +43,24 @@ pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Re
 pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
     let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
     search::search(&mut problem);
+    close::close(&mut problem);
+    problem.texels.store(model);
+}
+
+/// [`fit`] for a model some of whose blocks have finer texels than those of `before`, which was fitted:
+/// those are refined, and then moved with what is around them; all others start where they were.
+/// Nodes must be where they were.
+pub fn resume<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    before: &Model<D, E>,
+    regions: &Regions<D>,
+) {
+    let is_new = refine::refine(model, before);
+    let mut problem = Problem::new(model, regions, LABEL_COST);
+    search::search_in(&mut problem, |origin| {
+        let at = grid::place(model.size, origin).map(|along| along >> model.block_log2);
+        is_new[grid::index(model.block_grid(), at)]
+    });
     close::close(&mut problem);
     problem.texels.store(model);
 }

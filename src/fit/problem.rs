@@ -1,11 +1,11 @@
 //! What is fitted: the cells that are not solid, the texels that reach into them, and the pixels that
 //! should come out.
 
+use super::texels::Texels;
 use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::Regions;
 use crate::model::{Block, Cells, ListId, Located, Model, NodeId};
-use super::texels::Texels;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;

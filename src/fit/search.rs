@@ -16,11 +16,22 @@ const ROUNDS: usize = 3;
 
 /// Moves texels until none helps.
 pub(super) fn search<const E: usize>(problem: &mut Problem<E>) {
+    search_in(problem, |_| true);
+}
+
+/// The same for the texels of some cells, and as far as it spreads from there: `is_due` is asked with
+/// the first pixel of a cell.
+pub(super) fn search_in<const E: usize>(problem: &mut Problem<E>, is_due: impl Fn(usize) -> bool) {
     for texel in &mut problem.texels.values {
         *texel = texel.map(|x| (x + 0.5).floor());
     }
     problem.texels.follow_all();
-    let restless = vec![true; problem.texels.values.len()];
+    let mut restless = vec![false; problem.texels.values.len()];
+    for cell in (0..problem.cells.len()).filter(|&cell| is_due(problem.cells[cell].origin)) {
+        for &tap in problem.taps(cell) {
+            problem.texels.free(tap).for_each(|(texel, _)| restless[texel as usize] = true);
+        }
+    }
     let mut errors = all_errors(problem);
     search_from(problem, restless, &mut errors);
 }
@@ -120,10 +131,7 @@ fn better<const E: usize>(problem: &Problem<E>, errors: &[i64], texel: u32) -> O
 
 /// The directions that may change a winner: between candidates, and where there are more than two
 /// of those the axes too.
-fn directions<const E: usize>(
-    problem: &Problem<E>,
-    moved: &[(u32, [f32; TAPS])],
-) -> Vec<[f32; E]> {
+fn directions<const E: usize>(problem: &Problem<E>, moved: &[(u32, [f32; TAPS])]) -> Vec<[f32; E]> {
     let mut found: Vec<[f32; E]> = Vec::new();
     for &(cell, _) in moved {
         let cell = &problem.cells[cell as usize];

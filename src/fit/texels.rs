@@ -59,7 +59,9 @@ impl<const E: usize> Texels<E> {
         let mut texels = Self::as_stored(model);
         let value = |source: u32| texels.values[source as usize];
         let elsewhere: Vec<u32> = (0..texels.values.len() as u32)
-            .filter(|&texel| !texels.is_free(texel) && texels.following(texel, value) != value(texel))
+            .filter(|&texel| {
+                !texels.is_free(texel) && texels.following(texel, value) != value(texel)
+            })
             .collect();
         texels.release(&elsewhere);
         texels

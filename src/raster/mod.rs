@@ -5,3 +5,5 @@ mod seams;
 
 pub use reference::{Across, Decoded, decode_at, region_at, render_row};
 pub use seams::seams;
+#[cfg(feature = "encode")]
+pub(crate) use seams::seams_from;

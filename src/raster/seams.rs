@@ -2,45 +2,52 @@
 
 use super::reference::region_located;
 use crate::grid::{self, Point};
-use crate::model::{Located, Model};
+use crate::model::{Block, Located, Model};
 
 /// Counts the places on borders between cells (and blocks) where the two sides decode to different
 /// regions: one place for every source pixel that touches such a border from below, at the middle
 /// of its side.
 pub fn seams<const D: usize, const E: usize>(model: &Model<D, E>) -> usize {
-    let mut count = 0;
-    for (i, block) in model.blocks.iter().enumerate() {
-        let at = grid::place(model.block_grid(), i);
-        for axis in 0..D {
-            // The pixels on the lower side of each border across this axis, in this block.
-            let step = match block {
-                crate::model::Block::Solid(_) => 1 << model.block_log2,
-                crate::model::Block::Cells(cells) => 1 << cells.texel_log2,
-            };
-            let mut borders = [1u32 << model.block_log2; D];
-            borders[axis] /= step;
-            for place in grid::places(borders) {
-                let mut pixel: [i64; D] = std::array::from_fn(|other| {
-                    i64::from((at[other] << model.block_log2) + place[other])
-                });
-                pixel[axis] =
-                    i64::from((at[axis] << model.block_log2) + (place[axis] + 1) * step) - 1;
-                let mut frac = [0.5; D];
-                // Exactly 1: the lower cell's own side, with the very same value as the upper's.
-                frac[axis] = 1.0;
-                let below = model.locate(&Point { whole: pixel, frac });
-                pixel[axis] += 1;
-                frac[axis] = 0.0;
-                let above = model.locate(&Point { whole: pixel, frac });
-                if matches!((&below, &above), (Located::Outside, _) | (_, Located::Outside)) {
-                    continue;
-                }
-                if matches!((&below, &above), (Located::Solid(a), Located::Solid(b)) if a == b) {
-                    continue;
-                }
-                count += usize::from(region_located(model, below) != region_located(model, above));
+    (0..model.blocks.len()).map(|block| seams_from(model, block).len()).sum()
+}
+
+/// The same for the borders above the cells of one block: the pixels on both sides.
+pub(crate) fn seams_from<const D: usize, const E: usize>(
+    model: &Model<D, E>,
+    block: usize,
+) -> Vec<[[u32; D]; 2]> {
+    let mut found = Vec::new();
+    let at = grid::place(model.block_grid(), block);
+    for axis in 0..D {
+        // The pixels on the lower side of each border across this axis, in this block.
+        let step = match &model.blocks[block] {
+            Block::Solid(_) => 1 << model.block_log2,
+            Block::Cells(cells) => 1 << cells.texel_log2,
+        };
+        let mut borders = [1u32 << model.block_log2; D];
+        borders[axis] /= step;
+        for place in grid::places(borders) {
+            let mut pixel: [u32; D] =
+                std::array::from_fn(|other| (at[other] << model.block_log2) + place[other]);
+            pixel[axis] = (at[axis] << model.block_log2) + (place[axis] + 1) * step - 1;
+            let mut next = pixel;
+            next[axis] += 1;
+            let mut frac = [0.5; D];
+            // Exactly 1: the lower cell's own side, with the very same value as the upper's.
+            frac[axis] = 1.0;
+            let below = model.locate(&Point { whole: pixel.map(i64::from), frac });
+            frac[axis] = 0.0;
+            let above = model.locate(&Point { whole: next.map(i64::from), frac });
+            if matches!((&below, &above), (Located::Outside, _) | (_, Located::Outside)) {
+                continue;
+            }
+            if matches!((&below, &above), (Located::Solid(a), Located::Solid(b)) if a == b) {
+                continue;
+            }
+            if region_located(model, below) != region_located(model, above) {
+                found.push([pixel, next]);
             }
         }
     }
-    count
+    found
 }

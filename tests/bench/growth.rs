@@ -153,7 +153,7 @@ fn cost_of(words: &[String]) -> Cost {
     let (_, picture) = PICTURES.iter().find(|(name, _)| *name == words[0]).expect("a picture");
     let source = picture(number(1));
     let texel_size: u32 = number(2);
-    let options = EncodeOptions { texel_size, ..EncodeOptions::default() };
+    let options = EncodeOptions { texel_size: Some(texel_size), ..EncodeOptions::default() };
     let mut cost = Cost::default();
 
     // Memory first, before anything else has left holes in it.

@@ -36,7 +36,11 @@ pub fn print(rows: &Rows) -> bool {
         let source = picture();
         for gamma in [Gamma::Voronoi, Gamma::Planes] {
             for texel_size in [2, 4, 8, 16, 32] {
-                let options = EncodeOptions { texel_size, gamma, ..EncodeOptions::default() };
+                let options = EncodeOptions {
+                    texel_size: Some(texel_size),
+                    gamma,
+                    ..EncodeOptions::default()
+                };
                 let start = Instant::now();
                 let image = istar::encode(&source, &options, |_| ())
                     .unwrap_or_else(|error| panic!("{name} cannot be encoded: {error}"));

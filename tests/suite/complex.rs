@@ -33,8 +33,8 @@ fn check_image(regions: &Regions<2>, how: Connectivity) -> istar::Result<()> {
     check_duality(&dual, &primal)?;
     check_nesting(&dual, &primal, &nesting)?;
     check_adjacency(&dual, &Adjacency::new(regions))?;
-    covers(&dual, regions, &CellLists::new(regions, 3, 1).gather(), 3)?;
-    covers(&dual, regions, &CellLists::new(regions, 2, 2).gather(), 2)
+    covers(&dual, regions, &CellLists::new(regions, 3, 1).gather())?;
+    covers(&dual, regions, &CellLists::new(regions, 2, 2).gather())
 }
 
 fn rings(depth: u32) -> Regions<2> {
@@ -180,7 +180,7 @@ fn check_volume(regions: &Regions<3>) -> istar::Result<()> {
     let dual = dual(regions);
     check(&dual)?;
     check_adjacency(&dual, &Adjacency::new(regions))?;
-    covers(&dual, regions, &CellLists::new(regions, 2, 1).gather(), 2)
+    covers(&dual, regions, &CellLists::new(regions, 2, 1).gather())
 }
 
 fn pictures<const D: usize>() -> impl Strategy<Value = ([u32; D], Vec<u32>)> {

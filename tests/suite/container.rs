@@ -61,7 +61,7 @@ fn notes_round_trip_and_a_picture_does_not_depend_on_them() {
 #[test]
 fn violations_before_repair_are_noted() {
     let noted = |source| {
-        let options = istar::EncodeOptions { texel_size: 8, ..Default::default() };
+        let options = istar::EncodeOptions { texel_size: Some(8), ..Default::default() };
         istar::encode_with_notes(&source, &options, |_| ()).unwrap().1.violations_before
     };
     assert_eq!(noted(fixtures::discs()), Some(0));

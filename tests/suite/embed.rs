@@ -11,7 +11,8 @@ use proptest::test_runner::TestCaseError;
 fn assert_no_violations(name: &str, source: &Source<2>, texel_sizes: &[u32]) {
     for &texel_size in texel_sizes {
         for gamma in [Gamma::Voronoi, Gamma::Planes] {
-            let options = EncodeOptions { texel_size, gamma, ..EncodeOptions::default() };
+            let options =
+                EncodeOptions { texel_size: Some(texel_size), gamma, ..EncodeOptions::default() };
             let image = istar::encode(source, &options, |_| ()).unwrap();
             assert_eq!(embed::model_violations(&image), 0, "{name}, {texel_size}, {gamma:?}");
         }
@@ -102,7 +103,7 @@ fn embedded<const D: usize, const E: usize>(size: [u32; D], labels: Vec<u32>) ->
     let dual = complex::dual(&regions);
     let mut cells = complex::CellLists::new(&regions, 3, 1);
     let embed::Embedding { gathered, positions, .. } = embed::place(&dual, &mut cells, None);
-    complex::covers(&dual, &regions, &gathered, 3).unwrap();
+    complex::covers(&dual, &regions, &gathered).unwrap();
     let node = |(position, region): ([u8; E], Option<u32>)| Node { position, region };
     let ghost = |around: &Vec<u32>| {
         let sum = |e: usize| -> usize {

@@ -66,7 +66,7 @@ fn transparent_pixels_are_one_region_whatever_their_colour() {
 #[test]
 fn odd_texel_sizes_and_foreign_originals_are_usage_errors() {
     for texel_size in [0, 1, 3, 12, 128] {
-        let options = EncodeOptions { texel_size, ..EncodeOptions::default() };
+        let options = EncodeOptions { texel_size: Some(texel_size), ..EncodeOptions::default() };
         let result = istar::encode(&fixtures::ring(), &options, |_| ());
         assert!(matches!(result, Err(Error::Usage(_))), "{texel_size}");
     }

@@ -72,7 +72,8 @@ pub fn encoded(source: &Source<2>, texel_size: u32, kernel: Kernel) -> Image {
 
 /// Encodes with default options but for these.
 pub fn encoded_with(source: &Source<2>, texel_size: u32, kernel: Kernel, gamma: Gamma) -> Image {
-    let options = EncodeOptions { texel_size, kernel, gamma, ..EncodeOptions::default() };
+    let options =
+        EncodeOptions { texel_size: Some(texel_size), kernel, gamma, ..EncodeOptions::default() };
     istar::encode(source, &options, |_| ()).unwrap()
 }
 

@@ -228,7 +228,7 @@ fn a_layer_can_be_parted_from_what_it_parts() {
         _ => 3,
     });
     let forbidden = vec![Forbidden { pair: [1, 3], via: 2 }, Forbidden { pair: [3, 2], via: 4 }];
-    let options = EncodeOptions { forbidden, texel_size: 16, ..Default::default() };
+    let options = EncodeOptions { forbidden, texel_size: Some(16), ..Default::default() };
     let image = istar::encode(&source, &options, |_| ()).unwrap();
     assert_eq!(embed::model_violations(&image), 0);
     let colors = |at: f64| {

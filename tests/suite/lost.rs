@@ -7,7 +7,12 @@ use istar::{EncodeOptions, Gamma, Kernel};
 fn assert_none_lost(name: &str, source: &Source<2>, texel_sizes: &[u32], kernel: Kernel) {
     for &texel_size in texel_sizes {
         for gamma in [Gamma::Voronoi, Gamma::Planes] {
-            let options = EncodeOptions { texel_size, gamma, kernel, ..EncodeOptions::default() };
+            let options = EncodeOptions {
+                texel_size: Some(texel_size),
+                gamma,
+                kernel,
+                ..EncodeOptions::default()
+            };
             let image = istar::encode(source, &options, |_| ()).unwrap();
             let lost = stress::lost(&image, source);
             assert!(

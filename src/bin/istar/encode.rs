@@ -165,12 +165,13 @@ pub fn encode_file(
     stages.set("reading");
     let source = pictures::read_source(input, &options.limits)?;
     let stage = |stage| stages.set(stage);
-    let chosen = match target {
-        Some(target) => istar::encode_to(&source, options, target, stage),
-        None => istar::encode_with_notes(&source, options, stage)
-            .map(|(image, notes)| Chosen { image, notes, psnr: None }),
-    }
-    .map_err(|error| files::at(input, &error))?;
+    let chosen =
+        match target {
+            Some(target) => istar::encode_to(&source, options, target, stage),
+            None => istar::encode_with_notes(&source, options, stage)
+                .map(|(image, notes)| Chosen { image, notes, psnr: None }),
+        }
+        .map_err(|error| files::at(input, &error))?;
     stages.set("packing");
     let bytes = container::write_with(&chosen.image, &chosen.notes)
         .map_err(|error| files::at(input, &error))?;
