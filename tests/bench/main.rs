@@ -6,12 +6,14 @@
 //! - `components`: connected components and the dual of large pictures, against copying them.
 //! - `facets`: boundaries that keep to the borders of cells, at 4×.
 //! - `zoom`: a drawing at 2048 pixels, enlarged to 16,384, beside the drawing itself.
+//! - `ablation`: what each step of the fit is worth, and what it takes.
 //! - `rivals`: seconds and memory of `istar encode`, and of vtracer on the same picture.
 //!
 //! Words in the arguments choose tables, pictures and numbers of regions:
 //! `npm run bench -- growth voronoi 1000 10000`. Compare numbers within a run only: another machine,
 //! or a busier one, has others. An answer is checked before its time counts.
 
+mod ablation;
 // Distances between boundaries, as `istar compare` has them. It brings its tests along.
 #[allow(dead_code)]
 #[path = "../../src/compare/boundary.rs"]
@@ -49,12 +51,13 @@ macro_rules! table {
     };
 }
 
-const TABLES: [Table; 6] = [
+const TABLES: [Table; 7] = [
     table!(stress_table),
     table!(growth),
     table!(components),
     table!(facets),
     table!(zoom),
+    table!(ablation),
     table!(rivals),
 ];
 
