@@ -69,8 +69,9 @@ fn main() -> ExitCode {
         return growth::measure(&words[1..]);
     }
     let known = TABLES.iter().flat_map(|table| [vec![table.name], (table.rows)()].concat());
-    let known: Vec<&str> = known.collect();
-    if let Some(word) = words.iter().find(|word| !known.contains(&word.as_str())) {
+    let known: std::collections::BTreeSet<&str> = known.collect();
+    if let Some(word) = words.iter().find(|word| !known.contains(word.as_str())) {
+        let known: Vec<&str> = known.into_iter().collect();
         eprintln!("bench: there is no {word}; there are {}", known.join(", "));
         return ExitCode::from(2);
     }
