@@ -2,6 +2,9 @@
 //! `wasm-pack test --headless --chrome --mode no-install --no-default-features --features encode`.
 #![cfg(target_arch = "wasm32")]
 
+#[path = "fixtures/portable.rs"]
+mod portable;
+
 use istar::grid::Point;
 use istar::labels::{Connectivity, Source, components};
 use istar::{EncodeOptions, Limits, Topology, container, embed, forbid, raster};
@@ -39,4 +42,20 @@ fn a_picture_is_encoded_parted_and_written_without_threads() {
     let mut seen: Vec<u32> = (0..1200).map(|x| region(f64::from(x) / 10.0)).collect();
     seen.dedup();
     assert_eq!(seen, [0, 2, 1]);
+}
+
+/// A test for each: the browser may not be kept waiting.
+#[wasm_bindgen_test]
+fn a_file_with_the_quadratic_kernel_is_the_same_as_anywhere() {
+    assert_eq!(portable::file(0), portable::FILES[0]);
+}
+
+#[wasm_bindgen_test]
+fn a_file_with_the_linear_kernel_is_the_same_as_anywhere() {
+    assert_eq!(portable::file(1), portable::FILES[1]);
+}
+
+#[wasm_bindgen_test]
+fn a_file_with_planes_is_the_same_as_anywhere() {
+    assert_eq!(portable::file(2), portable::FILES[2]);
 }

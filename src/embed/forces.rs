@@ -15,7 +15,8 @@ use crate::model::NodeId;
 /// Two nodes alone in their lists want to be this far apart, in value units: the steeper values run
 /// across a boundary, the less a texel's rounding moves it …
 const DISTANCE: f64 = 150.0;
-/// … and those in longer lists less, by this power of the length: there is no room for more.
+/// … and those in longer lists less, by this power of the length (of `libm`, which is the same on
+/// every machine): there is no room for more.
 const CROWDING: f64 = 0.65;
 /// How clear of an edge's or face's sphere a node wants to be, in squared value units: so much …
 const CLEARANCE: f64 = 150.0;
@@ -140,7 +141,9 @@ impl<'a, const E: usize> Solver<'a, E> {
             homes: Vec::new(),
             least_light: 0.0,
             marked: vec![true; constraints.len()],
-            distances: std::array::from_fn(|n| DISTANCE * (2.0 / n.max(2) as f64).powf(CROWDING)),
+            distances: std::array::from_fn(|n| {
+                DISTANCE * libm::pow(2.0 / n.max(2) as f64, CROWDING)
+            }),
         }
     }
 

@@ -39,6 +39,31 @@ pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Re
     problem.texels.store(model);
 }
 
+/// A step of [`fit`].
+#[doc(hidden)]
+#[derive(Debug, Clone, Copy)]
+pub enum Step {
+    Margins,
+    Search,
+    Closing,
+}
+
+/// One step of [`fit`] alone: the bench shows what each is worth.
+#[doc(hidden)]
+pub fn take_step<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    regions: &Regions<D>,
+    step: Step,
+) {
+    let mut problem = Problem::new(model, regions, LABEL_COST);
+    match step {
+        Step::Margins => margin::fit_margins(&mut problem),
+        Step::Search => search::search(&mut problem),
+        Step::Closing => close::close(&mut problem),
+    }
+    problem.store(model);
+}
+
 /// The second half of [`fit`] alone: for texels that were fitted before and planes that are new.
 pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
     let mut problem = Problem::of_fitted(model, regions, LABEL_COST);

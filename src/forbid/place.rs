@@ -86,7 +86,8 @@ fn candidates(x: Value<3>, y: Value<3>) -> Vec<[u8; 3]> {
         for along in ALONG {
             for turn in 0..if away == 0.0 { 1 } else { TURNS } {
                 let angle = f64::from(turn) / f64::from(TURNS) * std::f64::consts::TAU;
-                let (s, t) = (away * half * angle.cos(), away * half * angle.sin());
+                // Of `libm`, which is the same on every machine.
+                let (s, t) = (away * half * libm::cos(angle), away * half * libm::sin(angle));
                 let at: Value<3> = std::array::from_fn(|e| {
                     middle[e] + 0.5 * along * (y[e] - x[e]) + s * u[e] + t * v[e]
                 });

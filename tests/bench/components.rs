@@ -1,5 +1,6 @@
 //! Connected components and the dual of pictures of 16.7 million pixels, against a plain copy.
 
+use crate::pictures::gallery;
 use crate::{Picture, Rows, stress};
 use istar::Limits;
 use istar::complex::dual;
@@ -24,10 +25,11 @@ pub fn names() -> Vec<&'static str> {
     PICTURES.map(|(name, _)| name).to_vec()
 }
 
-pub fn print(rows: &Rows) {
+/// Prints the table. Wrong answers end the bench.
+pub fn print(rows: &Rows) -> bool {
     let pictures = rows.pick(&PICTURES, |&(name, _)| name.into());
     if pictures.is_empty() || rows.are_numbered() {
-        return;
+        return true;
     }
     println!(
         "\n{:<14} {:>5} {:>9} {:>7} {:>15} {:>15} {:>6} {:>15}",
@@ -56,6 +58,7 @@ pub fn print(rows: &Rows) {
         );
         check(name, &regions);
     }
+    true
 }
 
 /// What is known of a picture's regions.
@@ -98,16 +101,4 @@ fn noise(side: u32) -> Source<2> {
         let hash = (u64::from(y) << 32 | u64::from(x)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         1 + ((hash ^ hash >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as u32 % 3
     })
-}
-
-/// One of the gallery's real pictures.
-fn gallery(name: &str) -> Source<2> {
-    let path = format!("{}/web/gallery/{name}.png", env!("CARGO_MANIFEST_DIR"));
-    let file = std::fs::File::open(path).expect("the gallery is there");
-    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("a PNG");
-    let size = [reader.info().width, reader.info().height];
-    let mut data = vec![0; reader.output_buffer_size().expect("its size")];
-    reader.next_frame(&mut data).expect("a whole PNG");
-    let colors: Vec<[u8; 4]> = data.chunks_exact(3).map(|p| [p[0], p[1], p[2], 255]).collect();
-    Source::from_colors(size, &colors, &Limits::default()).expect("a picture within the limits")
 }

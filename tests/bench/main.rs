@@ -4,22 +4,62 @@
 //! - `growth`: 10³ to 10⁶ regions at the same pixels a region. Time and memory per region must not
 //!   grow: the bench fails where they do.
 //! - `components`: connected components and the dual of large pictures, against copying them.
+//! - `facets`: boundaries that keep to the borders of cells, at 4×.
+//! - `zoom`: a drawing at 2048 pixels, enlarged to 16,384, beside the drawing itself.
+//! - `ablation`: what each step of the fit is worth, and what it takes.
+//! - `rivals`: seconds and memory of `istar encode`, and of vtracer on the same picture.
 //!
 //! Words in the arguments choose tables, pictures and numbers of regions:
 //! `npm run bench -- growth voronoi 1000 10000`. Compare numbers within a run only: another machine,
 //! or a busier one, has others. An answer is checked before its time counts.
 
+mod ablation;
+// Distances between boundaries, as `istar compare` has them. It brings its tests along.
+#[allow(dead_code)]
+#[path = "../../src/compare/boundary.rs"]
+mod boundary;
+mod close_up;
 mod components;
+mod facets;
 mod growth;
+mod lanczos;
+mod pictures;
+mod rivals;
 #[path = "../fixtures/stress.rs"]
 mod stress;
 mod stress_table;
+mod zoom;
 
 use istar::labels::Source;
 use std::process::ExitCode;
 
 /// A picture's name, and how to make it.
 type Picture = (&'static str, fn() -> Source<2>);
+
+/// A table's name, the words that choose its rows, and how to print them: `false` where something is
+/// not as it should be.
+struct Table {
+    name: &'static str,
+    rows: fn() -> Vec<&'static str>,
+    print: fn(&Rows) -> bool,
+}
+
+/// `table!(room)`: what is in there.
+macro_rules! table {
+    ($room:ident) => {
+        Table { name: $room::NAME, rows: $room::names, print: $room::print }
+    };
+}
+
+const TABLES: [Table; 7] = [
+    table!(stress_table),
+    table!(growth),
+    table!(components),
+    table!(facets),
+    table!(zoom),
+    table!(ablation),
+    table!(rivals),
+];
 
 fn main() -> ExitCode {
     // cargo adds `--bench`; `growth` calls itself with `--measure`.
@@ -28,26 +68,22 @@ fn main() -> ExitCode {
     if words.first().is_some_and(|word| word == "--measure") {
         return growth::measure(&words[1..]);
     }
-    let tables = [stress_table::NAME, growth::NAME, components::NAME];
-    let known =
-        [&tables[..], &stress_table::names(), &growth::names(), &components::names()].concat();
-    if let Some(word) = words.iter().find(|word| !known.contains(&word.as_str())) {
+    let known = TABLES.iter().flat_map(|table| [vec![table.name], (table.rows)()].concat());
+    let known: std::collections::BTreeSet<&str> = known.collect();
+    if let Some(word) = words.iter().find(|word| !known.contains(word.as_str())) {
+        let known: Vec<&str> = known.into_iter().collect();
         eprintln!("bench: there is no {word}; there are {}", known.join(", "));
         return ExitCode::from(2);
     }
     // Without a table's name, all tables that have what is asked for.
-    let named: Vec<String> = words.extract_if(.., |word| tables.contains(&word.as_str())).collect();
-    let wanted = |table: &str| named.is_empty() || named.iter().any(|name| name == table);
+    let is_table = |word: &mut String| TABLES.iter().any(|table| table.name == *word);
+    let named: Vec<String> = words.extract_if(.., is_table).collect();
     let rows = Rows(words);
     let mut sound = true;
-    if wanted(stress_table::NAME) {
-        sound &= stress_table::print(&rows);
-    }
-    if wanted(growth::NAME) {
-        sound &= growth::print(&rows);
-    }
-    if wanted(components::NAME) {
-        components::print(&rows);
+    for table in &TABLES {
+        if named.is_empty() || named.iter().any(|name| name == table.name) {
+            sound &= (table.print)(&rows);
+        }
     }
     if sound { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -15,4 +15,5 @@ mod forbid;
 mod gpu;
 mod lost;
 mod planes;
+mod portable;
 mod shaders;

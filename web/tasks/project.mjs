@@ -19,6 +19,8 @@ export const RUST_TARGET = 'wasm32-unknown-unknown';
 /** wasm-bindgen must be the version of the crate in Cargo.toml. */
 export const WASM_BINDGEN = '0.2.130';
 export const WASM_PACK = '0.15.1';
+/** What the bench compares with. */
+export const VTRACER = '0.6.5';
 
 /** A failure that needs no stack trace: the message says what to do, or the command has said it. */
 export class TaskError extends Error {}

@@ -30,8 +30,9 @@ function rustTarget() {
   run('rustup', ['target', 'add', RUST_TARGET]);
 }
 
-function cargoTool(name, crate, version, options) {
-  if (output(bin(name), ['--version'])?.trim() === `${name} ${version}`) return;
+export function cargoTool(name, crate, version, options) {
+  // Not all call themselves by their command's name.
+  if (output(bin(name), ['--version'])?.trim().endsWith(` ${version}`)) return;
   console.log(`Installing ${crate} ${version} into .tools (some minutes, once)`);
   run('cargo', ['install', crate, '--version', version, '--root', at('.tools'), '--force', ...options], {
     // One folder for all tools, because they share dependencies.

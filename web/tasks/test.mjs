@@ -20,7 +20,7 @@ const steps = {
     wasm();
     run(nodeBin('tsc'), ['-p', 'web']);
   },
-  clippy: () => run('cargo', ['clippy', '--all-targets', '--features', 'cli,gpu', '--', '-D', 'warnings']),
+  clippy: () => run('cargo', ['clippy', '--all-targets', '--features', 'bench,gpu', '--', '-D', 'warnings']),
   rust: () => run('cargo', ['test', '--features', 'cli,gpu'], vulkan),
   wasm: () =>
     run(

@@ -1,0 +1,161 @@
+//! Truth from close by: a drawing at 2048 pixels, encoded and enlarged eight times, beside the same
+//! drawing at 16,384, and beside other ways to enlarge the same 2048 pixels.
+
+use crate::boundary::{FARTHEST, Pair, REACH};
+use crate::lanczos::Lanczos;
+use crate::pictures::Drawing;
+use crate::{Rows, close_up};
+use istar::labels::Source;
+use istar::{EncodeOptions, Image};
+use rayon::prelude::*;
+use std::ops::Range;
+
+pub const NAME: &str = "zoom";
+
+const PICTURE: &str = "emblem";
+const SIDE: u32 = 2048;
+const SCALE: u32 = 8;
+/// Rows of the enlarged picture that are compared together.
+const BAND: u32 = 1024;
+/// The most that the boundary's error may be for 95 of a hundred pieces, in source pixels.
+const FARTHEST_WANTED: f64 = 0.25;
+
+pub fn names() -> Vec<&'static str> {
+    vec![PICTURE]
+}
+
+/// One way to enlarge the picture.
+enum Way<'a> {
+    Encoded(&'a Image),
+    Nearest,
+    Lanczos(Lanczos),
+}
+
+/// Prints the table. `false` where default options give more than half of the others' wrong pixels, or
+/// boundaries farther off than wanted.
+pub fn print(rows: &Rows) -> bool {
+    if rows.pick(&[PICTURE], |&name| name.into()).is_empty() || rows.are_numbered() {
+        return true;
+    }
+    let drawing = Drawing::new();
+    let source = drawing.picture(SIDE);
+    let default = EncodeOptions::default().texel_size;
+    let images = [default / 2, default, default * 2].map(|texel_size| {
+        let options = EncodeOptions { texel_size, ..EncodeOptions::default() };
+        let image = istar::encode(&source, &options, |_| ());
+        (texel_size, image.unwrap_or_else(|error| panic!("{PICTURE} cannot be encoded: {error}")))
+    });
+    let mut ways = vec![
+        ("nearest".to_owned(), Way::Nearest),
+        ("lanczos".to_owned(), Way::Lanczos(Lanczos::new(&source, SCALE, false))),
+        ("lanczos, shares".to_owned(), Way::Lanczos(Lanczos::new(&source, SCALE, true))),
+    ];
+    let others = ways.len();
+    for (texel_size, image) in &images {
+        ways.push((format!("istar, {texel_size}"), Way::Encoded(image)));
+    }
+    let mut errors: Vec<Errors> = ways.iter().map(|_| Errors::default()).collect();
+    let side = SIDE * SCALE;
+    for start in (0..side).step_by(BAND as usize) {
+        let band = start..start + BAND;
+        // Boundaries are looked for a little beyond.
+        let rows = start.saturating_sub(REACH as u32)..side.min(band.end + REACH as u32);
+        let truth = drawing.rows(side, rows.clone());
+        for ((_, way), errors) in ways.iter().zip(&mut errors) {
+            errors.add(&way.rows(&source, rows.clone()), &truth, &rows, &band);
+        }
+    }
+    println!(
+        "\n{NAME:<14} {:<15} {:>12} {:>9} {:>16} {:>8}",
+        "way", "wrong pixels", "of all", "boundary, mean", "p95"
+    );
+    for ((way, _), errors) in ways.iter().zip(&errors) {
+        let share = 100.0 * errors.wrong as f64 / f64::from(side).powi(2);
+        let (mean, p95) = errors.boundary();
+        println!(
+            "{PICTURE:<14} {way:<15} {:>12} {share:>7.4} % {mean:>16.4} {p95:>8.4}",
+            errors.wrong
+        );
+    }
+    let wrong = |way: usize| errors[way].wrong;
+    let ours = images.iter().position(|(size, _)| *size == default).expect("the default") + others;
+    // Of the ways that programs offer.
+    let least = wrong(0).min(wrong(1));
+    let sound = 2 * wrong(ours) <= least && errors[ours].boundary().1 <= FARTHEST_WANTED;
+    if !sound {
+        println!(
+            "zoom: more than half of the wrong pixels of other ways, or boundaries too far off"
+        );
+    }
+    sound
+}
+
+impl Way<'_> {
+    /// Rows of the enlarged picture, in colours.
+    fn rows(&self, source: &Source<2>, rows: Range<u32>) -> Vec<u32> {
+        match self {
+            Way::Encoded(image) => {
+                let mut pixels = close_up::rows(image, SCALE, rows);
+                let color = |region: u32| u32::from_le_bytes(image.regions[region as usize].color);
+                pixels.par_iter_mut().for_each(|pixel| *pixel = color(*pixel));
+                pixels
+            }
+            Way::Nearest => {
+                let pixel =
+                    |x: u32, y: u32| source.classes()[(y / SCALE * SIDE + x / SCALE) as usize];
+                let row = |y: u32| (0..SIDE * SCALE).map(move |x| pixel(x, y));
+                rows.into_par_iter().flat_map_iter(row).collect()
+            }
+            Way::Lanczos(lanczos) => lanczos.rows(rows),
+        }
+    }
+}
+
+/// What is wrong with an enlarged picture.
+struct Errors {
+    wrong: u64,
+    /// Pieces of boundary by the square of their distance, in half pixels.
+    squares: Vec<u64>,
+}
+
+impl Default for Errors {
+    fn default() -> Self {
+        Errors { wrong: 0, squares: vec![0; FARTHEST + 1] }
+    }
+}
+
+impl Errors {
+    /// Adds the rows of `band`; `shown` and `truth` hold `rows`.
+    fn add(&mut self, shown: &[u32], truth: &[u32], rows: &Range<u32>, band: &Range<u32>) {
+        let width = (SIDE * SCALE) as usize;
+        let core = [band.start, band.end].map(|y| (y - rows.start) as usize * width);
+        let core = core[0]..core[1];
+        let unlike = |(shown, truth): (&u32, &u32)| shown != truth;
+        let pairs = shown[core.clone()].par_iter().zip(&truth[core.clone()]);
+        self.wrong += pairs.filter(|&pair| unlike(pair)).count() as u64;
+        let size = [width as u32, rows.end - rows.start];
+        for (from, to) in [(shown, truth), (truth, shown)] {
+            let count = |counts: &mut Vec<u64>, [pixel, _]: [usize; 2], square: usize| {
+                counts[square] += u64::from(core.contains(&pixel));
+            };
+            let strips = Pair { size, from, to }.distances(|| vec![0; FARTHEST + 1], count);
+            for strip in strips {
+                self.squares.iter_mut().zip(strip).for_each(|(sum, sides)| *sum += sides);
+            }
+        }
+    }
+
+    /// Mean and 95th percentile of the boundary's error, in source pixels.
+    fn boundary(&self) -> (f64, f64) {
+        let distance = |square: usize| (square as f64).sqrt() / f64::from(2 * SCALE);
+        let sides: u64 = self.squares.iter().sum();
+        let all = self.squares.iter().enumerate();
+        let sum: f64 = all.clone().map(|(square, &sides)| distance(square) * sides as f64).sum();
+        let mut before = 0;
+        let at_rank = all.into_iter().position(|(_, &here)| {
+            before += here;
+            before as f64 >= 0.95 * sides as f64
+        });
+        (sum / sides as f64, distance(at_rank.expect("all of them")))
+    }
+}
