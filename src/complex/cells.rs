@@ -275,7 +275,9 @@ fn anchors_in<const D: usize>(
             sums[i].1 += 1.0;
         }
     }
-    let width = (grid::count(extent) as f64 / list.len() as f64).powf(1.0 / D as f64);
+    let area = grid::count(extent) as f64 / list.len() as f64;
+    // The same on every machine.
+    let width = if D == 2 { area.sqrt() } else { libm::pow(area, 1.0 / D as f64) };
     let anchor = |(sum, pixels): ([f64; D], f64)| Anchor {
         at: sum.map(|s| s / pixels.max(1.0)),
         width,

@@ -61,7 +61,7 @@ pub fn take_step<const D: usize, const E: usize>(
         Step::Search => search::search(&mut problem),
         Step::Closing => close::close(&mut problem),
     }
-    problem.store(model);
+    problem.texels.store(model);
 }
 
 /// The second half of [`fit`] alone: for texels that were fitted before and planes that are new.

@@ -14,7 +14,9 @@ pub(super) fn refine<const D: usize, const E: usize>(
         .clone()
         .map(|block| match (&model.blocks[block], &before.blocks[block]) {
             (Block::Cells(now), Block::Cells(then)) if now.texel_log2 == then.texel_log2 => {
-                Some(then.texels.clone())
+                let used = model.texels_in_use(now).into_iter();
+                let both = used.zip(now.texels.iter().zip(&then.texels));
+                Some(both.map(|(used, (&now, &then))| if used { then } else { now }).collect())
             }
             (Block::Cells(now), Block::Cells(then)) if now.texel_log2 < then.texel_log2 => {
                 Some(subdivide(model, before, now, then))
@@ -45,7 +47,10 @@ fn subdivide<const D: usize, const E: usize>(
     let (cells, taps) = (before.cell_grid(then.texel_log2), model.kernel.taps() as u32);
     let texel_grid = before.texel_grid(then.texel_log2);
     let used = before.texels_in_use(then);
-    let texel = |(i, &known): (usize, &[u8; E])| {
+    let texel = |(i, (&known, is_used)): (usize, (&[u8; E], bool))| {
+        if !is_used {
+            return known;
+        }
         let at = grid::place(model.texel_grid(now.texel_log2), i);
         // The quadratic kernel's first texel lies before the first cell.
         let cell: [u32; D] = std::array::from_fn(|axis| {
@@ -67,5 +72,5 @@ fn subdivide<const D: usize, const E: usize>(
         }
         sum.map(|x| x as u8)
     };
-    now.texels.iter().enumerate().map(texel).collect()
+    now.texels.iter().zip(model.texels_in_use(now)).enumerate().map(texel).collect()
 }

@@ -41,7 +41,7 @@ pub fn print(rows: &Rows) -> bool {
     let source = drawing.picture(SIDE);
     let default = EncodeOptions::default().texel_size;
     let images = [default / 2, default, default * 2].map(|texel_size| {
-        let options = EncodeOptions { texel_size, ..EncodeOptions::default() };
+        let options = EncodeOptions { texel_size: Some(texel_size), ..EncodeOptions::default() };
         let image = istar::encode(&source, &options, |_| ());
         (texel_size, image.unwrap_or_else(|error| panic!("{PICTURE} cannot be encoded: {error}")))
     });
