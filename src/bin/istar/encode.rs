@@ -1,5 +1,6 @@
 //! `istar encode`
 
+use crate::tell::{aside, tell};
 use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
 use istar::labels::Connectivity;
@@ -129,13 +130,13 @@ pub fn run(args: &Args) -> Outcome {
     if let (Some(wanted), Some(psnr)) = (args.options.psnr, psnr)
         && psnr < wanted
     {
-        eprintln!(
-            "istar: {wanted} dB cannot be reached: the best is {psnr:.2} dB, at texel size {texel_size}"
-        );
+        aside(&format!(
+            "{wanted} dB cannot be reached: the best is {psnr:.2} dB, at texel size {texel_size}"
+        ));
     }
     let [width, height] = image.size;
     if args.json {
-        println!(
+        tell!(
             "{}",
             json!({
                 "bytes": bytes.len(),
@@ -143,14 +144,14 @@ pub fn run(args: &Args) -> Outcome {
                 "regions": image.regions.len(),
                 "texel_size": texel_size,
             })
-        );
+        )?;
     } else {
-        println!(
+        tell!(
             "{}: {width}×{height} pixels, {} regions, {} bytes",
             args.output.display(),
             image.regions.len(),
             bytes.len()
-        );
+        )?;
     }
     Ok(())
 }
