@@ -5,6 +5,7 @@
 //! wrong; [`rescue`] sees to it that no region is lost.
 
 mod close;
+mod deepest;
 mod init;
 mod line;
 mod margin;
@@ -35,10 +36,18 @@ pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Re
     problem.store(model);
 }
 
-/// The second half of [`fit`] alone: for texels that were fitted before and planes that are new.
+/// The second half of [`fit`] alone: for texels that were fitted before and planes that are new. Only
+/// those that reach where one decides are looked at, and what these stir up.
 pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
     let mut problem = Problem::new(model, regions, LABEL_COST);
-    search::search(&mut problem);
+    let mut restless = vec![false; problem.texels.len()];
+    for (i, cell) in problem.cells.iter().enumerate() {
+        if !problem.contests[cell.list as usize].is_voronoi {
+            problem.taps(i).iter().for_each(|&texel| restless[texel as usize] = true);
+        }
+    }
+    let mut errors = search::all_errors(&problem);
+    search::search_from(&mut problem, restless, &mut errors);
     close::close(&mut problem);
     problem.store(model);
 }
