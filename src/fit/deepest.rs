@@ -76,21 +76,22 @@ impl Wedges {
         Wedges { count: contest.nodes.len(), pairs }
     }
 
-    /// The planes of a candidate: who is behind, and p, positive on its own side; `p(k)` is that of pair
-    /// k, on the side of its first.
-    #[inline]
-    fn of(&self, i: usize, p: impl Fn(usize) -> Line) -> impl Iterator<Item = (usize, Line)> {
-        let pairs = self.pairs[i].iter().take(self.count).enumerate();
-        pairs.filter(|&(_, &k)| k != NONE).map(move |(j, &k)| {
-            let line = p(k as usize);
-            (j, if i < j { line } else { Line { at: -line.at, by: -line.by } })
-        })
+    /// The plane between a candidate and another, if there is one: p, positive on the side of the first;
+    /// `p(k)` is that of pair k.
+    #[inline(always)]
+    fn between(&self, i: usize, j: usize, p: impl Fn(usize) -> Line) -> Option<Line> {
+        let k = self.pairs[i][j];
+        if k == NONE {
+            return None;
+        }
+        let line = p(k as usize);
+        Some(if i < j { line } else { Line { at: -line.at, by: -line.by } })
     }
 
     /// Finds the steps, up to [`REACH`] to either side, at which the deepest candidate changes, and calls
     /// `change` with each, and the winners before and after it as the step grows. Pair k's p is `p(k)`,
     /// and grows by `by(k)` with each step. `hint` may be the winner; it will be.
-    #[inline]
+    #[inline(always)]
     pub fn changes(
         &self,
         hint: &mut usize,
@@ -107,13 +108,16 @@ impl Wedges {
         self.walk(*hint, backwards, |step, before, after| change(-step, after, before));
     }
 
-    #[inline]
     fn deepest(&self, p: &impl Fn(usize) -> f32) -> usize {
         let still = |k: usize| Line { at: p(k), by: 0.0 };
-        let depth = |i: usize| self.of(i, still).fold(f32::INFINITY, |d, (_, p)| least(d, p.at));
         let mut best = (0, f32::NEG_INFINITY);
         for i in 0..self.count {
-            let depth = depth(i);
+            let mut depth = f32::INFINITY;
+            for j in 0..self.count {
+                if let Some(p) = self.between(i, j, still) {
+                    depth = least(depth, p.at);
+                }
+            }
             if depth > best.1 {
                 best = (i, depth);
             }
@@ -122,13 +126,20 @@ impl Wedges {
     }
 
     /// Whether a candidate is before all its planes after a step.
-    #[inline]
+    #[inline(always)]
     fn is_before(&self, i: usize, step: f32, line: impl Fn(usize) -> Line) -> bool {
-        self.of(i, line).all(|(_, p)| p.after(step) > 0.0)
+        for j in 0..self.count {
+            if let Some(p) = self.between(i, j, &line)
+                && p.after(step) <= 0.0
+            {
+                return false;
+            }
+        }
+        true
     }
 
     /// Follows the winner from step 0 on, `first` there, to one side.
-    #[inline]
+    #[inline(always)]
     fn walk(
         &self,
         first: usize,
@@ -139,7 +150,8 @@ impl Wedges {
         for _ in 0..PIECES {
             // The plane that it meets first.
             let mut meets = (f32::INFINITY, winner);
-            for (j, p) in self.of(winner, &line) {
+            for j in 0..self.count {
+                let Some(p) = self.between(winner, j, &line) else { continue };
                 let when = if p.by < 0.0 { -p.at / p.by } else { f32::INFINITY };
                 let when = if p.after(from + SAME) < 0.0 { from } else { when };
                 if when < meets.0 {
@@ -171,7 +183,7 @@ impl Wedges {
     ) -> Option<(f32, usize)> {
         for _ in 0..PIECES {
             // The line that is the winner's depth from here on, and how far.
-            let own = || self.of(winner, line).map(|(_, line)| line);
+            let own = || (0..self.count).filter_map(|j| self.between(winner, j, line));
             let lower =
                 |a: Line, b: Line| if b.after(from + SAME) < a.after(from + SAME) { b } else { a };
             let depth = own().reduce(lower)?;
@@ -185,7 +197,8 @@ impl Wedges {
             for i in (0..self.count).filter(|&i| i != winner) {
                 // Where all its lines are above.
                 let (mut low, mut high) = (from, to);
-                for (_, line) in self.of(i, line) {
+                for j in 0..self.count {
+                    let Some(line) = self.between(i, j, line) else { continue };
                     let Line { at, by } = line.minus(depth);
                     if by > 0.0 {
                         low = -least(-low, at / by);
