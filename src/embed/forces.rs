@@ -56,7 +56,7 @@ const HUB: f32 = 1.0 / 32.0;
 const RIM: f64 = 8.0;
 
 /// Where nodes are, and which of them are to move.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Unsettled<const E: usize> {
     /// Positions, not yet rounded.
     pub at: Vec<Value<E>>,
@@ -67,6 +67,11 @@ pub(super) struct Unsettled<const E: usize> {
     /// Whether hubs, which are in very many lists, make way where only those in broken constraints
     /// move. Others should first: all those lists would have to be looked at.
     pub hubs: bool,
+    /// Nodes that never move.
+    pub fixed: Vec<NodeId>,
+    /// Nodes that are to be between two others, the second between the first and the third: no farther
+    /// from their middle than a share of half the distance between them.
+    pub between: Vec<([NodeId; 3], f64)>,
 }
 
 /// Moves nodes until the constraints hold with clearance, and rounds them to bytes. Another `seed`
@@ -74,11 +79,13 @@ pub(super) struct Unsettled<const E: usize> {
 ///
 /// Deterministic. What could not be satisfied is for [`broken_lists`](super::verify::broken_lists) to find.
 pub(super) fn settle<const E: usize>(
-    Unsettled { at, restless, hurry, hubs }: Unsettled<E>,
+    Unsettled { at, restless, hurry, hubs, fixed, between }: Unsettled<E>,
     constraints: &Constraints,
     seed: u64,
 ) -> Vec<[u8; E]> {
     let mut solver = Solver::new(at, restless, constraints);
+    fixed.iter().for_each(|&node| solver.lightness[node as usize] = 0.0);
+    solver.between = between;
     solver.settle(hurry, hubs, seed);
     solver.at.iter().map(|at| at.map(|x| x.round() as u8)).collect()
 }
@@ -101,6 +108,8 @@ struct Solver<'a, const E: usize> {
     homes: Vec<Value<E>>,
     /// Nodes that are less light do not begin to move.
     least_light: f32,
+    /// See [`Unsettled::between`].
+    between: Vec<([NodeId; 3], f64)>,
     /// Lists whose nodes have moved.
     marked: Vec<bool>,
     /// How far apart two nodes want to be, by the length of their longest list.
@@ -140,6 +149,7 @@ impl<'a, const E: usize> Solver<'a, E> {
             mobile,
             homes: Vec::new(),
             least_light: 0.0,
+            between: Vec::new(),
             marked: vec![true; constraints.len()],
             distances: std::array::from_fn(|n| {
                 DISTANCE * libm::pow(2.0 / n.max(2) as f64, CROWDING)
@@ -169,9 +179,15 @@ impl<'a, const E: usize> Solver<'a, E> {
         }
     }
 
+    /// Whether a node that is stuck may begin to move.
+    fn is_light(&self, node: NodeId) -> bool {
+        let light = self.lightness[node as usize];
+        light > 0.0 && light >= self.least_light
+    }
+
     /// Stuck nodes that are light enough to move, those together that share lists.
     fn islands(&self, stuck: &[NodeId]) -> Vec<Vec<NodeId>> {
-        let light = |node: &NodeId| self.lightness[*node as usize] >= self.least_light;
+        let light = |node: &NodeId| self.is_light(*node);
         let stuck: Vec<NodeId> = stuck.iter().copied().filter(light).collect();
         let mut island: Vec<Option<usize>> = vec![None; stuck.len()];
         let mut islands: Vec<Vec<NodeId>> = Vec::new();
@@ -233,8 +249,34 @@ impl<'a, const E: usize> Solver<'a, E> {
 
     fn pass_over(&mut self, lists: &[u32]) {
         for _ in 0..PASSES_A_LOOK {
+            self.pull_between();
             if lists.iter().filter(|&&list| self.look_at(list as usize)).count() == 0 {
                 break;
+            }
+        }
+    }
+
+    /// Pulls nodes that are to be between two others back to where they part them.
+    fn pull_between(&mut self) {
+        for ([a, node, b], aside) in self.between.clone() {
+            let [at_a, at, at_b] = [a, node, b].map(|n| self.at[n as usize]);
+            let off: Value<E> = std::array::from_fn(|e| at[e] - 0.5 * (at_a[e] + at_b[e]));
+            let far = dot(off, off).sqrt();
+            let most = aside * 0.5 * gamma::distance_squared(at_a, at_b).sqrt();
+            if far <= most {
+                continue;
+            }
+            let back = 1.0 - most / far;
+            for (node, share) in [(a, 0.25), (node, -0.5), (b, 0.25)] {
+                if self.lightness[node as usize] > 0.0 && self.mobile[node as usize] {
+                    let at = &mut self.at[node as usize];
+                    *at = std::array::from_fn(|e| {
+                        (at[e] + share * back * off[e]).clamp(RIM, 255.0 - RIM)
+                    });
+                    for &list in self.constraints.of_node(node) {
+                        self.marked[list as usize] = true;
+                    }
+                }
             }
         }
     }
@@ -315,8 +357,7 @@ impl<'a, const E: usize> Solver<'a, E> {
     /// are thrown elsewhere, a few at a time.
     fn ease_off(&mut self, stuck: &[NodeId], throws: Option<u64>) {
         for &node in stuck {
-            let light = self.lightness[node as usize] >= self.least_light;
-            if throws.is_some() && !light {
+            if throws.is_some() && !self.is_light(node) {
                 continue;
             }
             if throws.is_some() && !self.mobile[node as usize] {

@@ -18,5 +18,6 @@ pub(crate) use constraints::{Constraints, Finder};
 pub use cut::Cut;
 pub use planes::fit_planes;
 pub use repair::{Embedding, place};
+pub(crate) use repair::{Freedom, make_room};
 pub(crate) use verify::broken_lists;
 pub use verify::{Violations, model_violations, sampled_violations, violations};

@@ -6,6 +6,7 @@ use super::start::start;
 use super::verify::{broken_lists, violations};
 use crate::complex::{CellLists, Dual, Gathered};
 use crate::gamma;
+use crate::model::NodeId;
 
 /// Rounds in which nodes move as they are before cells are split, and cells that are single pixels
 /// are left to one region …
@@ -42,7 +43,8 @@ pub fn place<const D: usize, const E: usize>(
     let mut positions = settled.unwrap_or_else(|| {
         let at = start(&cells.anchors(), 0);
         let restless = vec![true; dual.regions];
-        settle(Unsettled { at, restless, hurry: true, hubs: false }, &constraints, 0)
+        let unsettled = Unsettled { at, restless, hurry: true, ..Unsettled::default() };
+        settle(unsettled, &constraints, 0)
     });
     let mut violations_before = None;
     for round in 1.. {
@@ -100,8 +102,57 @@ pub fn place<const D: usize, const E: usize>(
         }
         // Nodes start where they are: what holds will hold.
         let hubs = round % MOVES == MOVES - 1;
-        positions = settle(Unsettled { at, restless, hurry: split, hubs }, &constraints, round);
+        let unsettled = Unsettled { at, restless, hurry: split, hubs, ..Unsettled::default() };
+        positions = settle(unsettled, &constraints, round);
     }
     let violations_before = violations_before.and_then(|n| n.try_into().ok()).unwrap_or(u32::MAX);
     Embedding { gathered, positions, violations_before }
+}
+
+/// A node in more lists than this stays where it is while room is made, if it can: as many cells would
+/// have to follow it.
+const TOO_MANY: usize = 48;
+
+/// What may move where room is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Freedom {
+    /// All but the two, and those of many lists.
+    Others,
+    /// The two as well.
+    Pair,
+    /// All.
+    Hubs,
+}
+
+/// Makes room for nodes between two others: `[a, node, b]`, each no farther from their middle than a
+/// share of half the distance between them. They are in their lists and complex already, and the last is
+/// put in the middle at first. Nodes `around` move, and what turns out to be in their way. Nothing may
+/// hold afterwards: that is for the caller to see. Another `seed` gives other positions.
+pub(crate) fn make_room<const E: usize>(
+    positions: &[[u8; E]],
+    constraints: &Constraints,
+    between: Vec<([NodeId; 3], f64)>,
+    around: &[NodeId],
+    freedom: Freedom,
+    seed: u64,
+) -> Vec<[u8; E]> {
+    let mut at: Vec<gamma::Value<E>> = positions.iter().map(|&x| gamma::value(x)).collect();
+    let mut restless = vec![false; positions.len()];
+    around.iter().for_each(|&node| restless[node as usize] = true);
+    let is_hub = |node: &NodeId| constraints.of_node(*node).len() > TOO_MANY;
+    let mut fixed: Vec<NodeId> = match freedom {
+        Freedom::Hubs => Vec::new(),
+        _ => (0..positions.len() as NodeId).filter(is_hub).collect(),
+    };
+    if let Some(&([a, node, b], _)) = between.last() {
+        let [a, node, b] = [a, node, b].map(|n| n as usize);
+        at[node] = std::array::from_fn(|e| 0.5 * (at[a][e] + at[b][e]));
+        restless[node] = true;
+        if freedom == Freedom::Others {
+            fixed.extend([a as NodeId, b as NodeId]);
+        }
+    }
+    fixed.iter().for_each(|&node| restless[node as usize] = false);
+    let hubs = freedom == Freedom::Hubs;
+    settle(Unsettled { at, restless, hurry: false, hubs, fixed, between }, constraints, seed)
 }

@@ -1,5 +1,6 @@
 //! What a cell's pixels decode to, now and along a line.
 
+use super::deepest::{Wedges, deepest};
 use super::margin::swapped;
 use super::problem::{Border, Cell, Contest, NOBODY, Problem, TAPS, Weights};
 use crate::limits::MAX_CANDIDATES;
@@ -339,25 +340,6 @@ fn place<'a, const E: usize>(
     Some((border, within / width, within % width))
 }
 
-/// γ for planes: the candidate whose least p is greatest.
-#[inline]
-fn deepest<const E: usize>(contest: &Contest<E>, p: impl Fn(usize) -> f32) -> usize {
-    let mut depth = [f32::INFINITY; MAX_CANDIDATES];
-    for (k, pair) in contest.pairs.iter().enumerate() {
-        let p = p(k);
-        let (i, j) = (pair.i as usize, pair.j as usize);
-        depth[i] = depth[i].min(p);
-        depth[j] = depth[j].min(-p);
-    }
-    let mut best = 0;
-    for i in 1..contest.nodes.len() {
-        if depth[i] > depth[best] {
-            best = i;
-        }
-    }
-    best
-}
-
 /// Notes how the error of a cell changes when its taps move along `direction`, each by as much as
 /// `moves` says.
 pub(super) fn note_changes<const E: usize>(
@@ -416,6 +398,8 @@ pub(super) fn note_changes<const E: usize>(
     }
     let count = contest.nodes.len();
     let mut lines = [[0.0; 3]; SCALARS];
+    let wedges = Wedges::new(contest);
+    let mut hint = 0;
     let mut slopes = [0.0; SCALARS];
     if contest.is_voronoi {
         for (slope, (position, _)) in slopes.iter_mut().zip(&contest.positions) {
@@ -448,11 +432,10 @@ pub(super) fn note_changes<const E: usize>(
                 });
                 note_nearest(&near[..count], &slopes, by, cost, steps);
             } else {
-                let winner = |step: i32| {
-                    let moved = by * step as f32;
-                    deepest(contest, |k| at(weights, lines[k], x) + moved * slopes[k])
-                };
-                note_deepest(winner, cost, steps);
+                let p = |k: usize| at(weights, lines[k], x);
+                let moved = |k: usize| by * slopes[k];
+                let note = |step, before, after| steps.note(step, cost(after) - cost(before));
+                wedges.changes(&mut hint, p, moved, note);
             }
         }
     });
@@ -499,25 +482,5 @@ fn note_nearest(
             }
             winner = j;
         }
-    }
-}
-
-/// Notes the steps at which one sample's `winner` changes, as far as probes show.
-#[inline]
-fn note_deepest(winner: impl Fn(i32) -> usize, cost: impl Fn(usize) -> i64, steps: &mut Steps) {
-    let mut before = (-REACH, winner(-REACH));
-    for step in [-32, -16, -8, -4, -1, 0, 1, 4, 8, 16, 32, REACH] {
-        let after = (step, winner(step));
-        if after.1 != before.1 {
-            let (mut low, mut high) = (before, after);
-            while high.0 - low.0 > 1 {
-                let middle = (low.0 + high.0) / 2;
-                let there = winner(middle);
-                if there == low.1 { low.0 = middle } else { high = (middle, there) }
-            }
-            // Whatever wins in between is passed over.
-            steps.note(low.0 as f32, cost(after.1) - cost(before.1));
-        }
-        before = after;
     }
 }

@@ -5,6 +5,7 @@
 //! wrong; [`rescue`] sees to it that no region is lost.
 
 mod close;
+mod deepest;
 mod init;
 mod line;
 mod margin;
@@ -21,6 +22,7 @@ use crate::grid;
 use crate::labels::Regions;
 use crate::model::{Block, Cells, Model, NodeId};
 use problem::Problem;
+use std::collections::BTreeSet;
 use texels::{Texels, UNUSED};
 
 /// What a pixel of another region costs whatever its colour, as a part of black for white: two regions
@@ -64,10 +66,13 @@ pub fn take_step<const D: usize, const E: usize>(
     problem.texels.store(model);
 }
 
-/// The second half of [`fit`] alone: for texels that were fitted before and planes that are new.
+/// The second half of [`fit`] alone: for texels that were fitted before and planes that are new. Only
+/// those that reach where one decides are looked at, and what these stir up.
 pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
     let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
-    search::search(&mut problem);
+    search::search_in(&mut problem, |problem, cell| {
+        !problem.contests[cell.list as usize].is_voronoi
+    });
     close::close(&mut problem);
     problem.texels.store(model);
 }
@@ -82,8 +87,8 @@ pub fn resume<const D: usize, const E: usize>(
 ) {
     let is_new = refine::refine(model, before);
     let mut problem = Problem::new(model, regions, LABEL_COST);
-    search::search_in(&mut problem, |origin| {
-        let at = grid::place(model.size, origin).map(|along| along >> model.block_log2);
+    search::search_in(&mut problem, |_, cell| {
+        let at = grid::place(model.size, cell.origin).map(|along| along >> model.block_log2);
         is_new[grid::index(model.block_grid(), at)]
     });
     close::close(&mut problem);
@@ -141,6 +146,63 @@ pub(crate) fn scalars_of_texels<const D: usize, const E: usize>(
         }
     }
     scalars
+}
+
+/// Lets texels follow nodes that were at `before` and have moved. Cells elsewhere stay as they are.
+pub(crate) fn follow<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    regions: &Regions<D>,
+    before: &[[u8; E]],
+) {
+    let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
+    let nodes = (0..model.nodes.len()).map(|node| {
+        let position = model.nodes[node].position;
+        (before.get(node).copied().unwrap_or(position), position)
+    });
+    let nodes: Vec<([u8; E], [u8; E])> = nodes.collect();
+    for texel in 0..problem.texels.values.len() {
+        let reach = problem.reach(texel as u32).iter();
+        let around: BTreeSet<NodeId> = reach
+            .map(|&(cell, _)| problem.cells[cell as usize].list)
+            .flat_map(|list| problem.contests[list as usize].nodes.iter().copied())
+            .collect();
+        let around = around.iter().map(|&node| nodes[node as usize]);
+        if around.clone().any(|(from, to)| from != to) {
+            problem.texels.values[texel] = followed(problem.texels.values[texel], around);
+        }
+    }
+    problem.texels.store(model);
+}
+
+/// Fits the texels again that reach cells whose lists are `renewed`, and closes borders.
+pub(crate) fn fit_some<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    regions: &Regions<D>,
+    renewed: &[bool],
+) {
+    let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
+    search::search_in(&mut problem, |_, cell| renewed[cell.list as usize]);
+    close::close(&mut problem);
+    problem.texels.store(model);
+}
+
+/// Where a value goes with nodes that go from one place to another: each takes it along as much as it
+/// is near.
+fn followed<const E: usize>(
+    at: [f32; E],
+    nodes: impl Iterator<Item = ([u8; E], [u8; E])>,
+) -> [f32; E] {
+    let (mut by, mut sum) = ([0.0; E], 0.0);
+    for (from, to) in nodes {
+        let (from, to) = (from.map(f32::from), to.map(f32::from));
+        let squared: f32 = (0..E).map(|e| (at[e] - from[e]) * (at[e] - from[e])).sum();
+        let weight = 1.0 / (1.0 + squared);
+        sum += weight;
+        (0..E).for_each(|e| by[e] += weight * (to[e] - from[e]));
+    }
+    std::array::from_fn(|e| {
+        (at[e] + by[e] / sum.max(f32::MIN_POSITIVE) + 0.5).floor().clamp(0.0, 255.0)
+    })
 }
 
 /// Closes seams in a model whose texels were changed. `keep` are pixels at which nodes keep winning:

@@ -3,7 +3,7 @@
 //! so one look at a texel's pixels tells the error after every step along the line at once.
 
 use super::line::{Steps, count_errors, note_changes};
-use super::problem::{Problem, TAPS};
+use super::problem::{Cell, Problem, TAPS};
 use rayon::prelude::*;
 
 /// Directions tried for one texel, its axes not counted.
@@ -16,18 +16,20 @@ const ROUNDS: usize = 3;
 
 /// Moves texels until none helps.
 pub(super) fn search<const E: usize>(problem: &mut Problem<E>) {
-    search_in(problem, |_| true);
+    search_in(problem, |_, _| true);
 }
 
-/// The same for the texels of some cells, and as far as it spreads from there: `is_due` is asked with
-/// the first pixel of a cell.
-pub(super) fn search_in<const E: usize>(problem: &mut Problem<E>, is_due: impl Fn(usize) -> bool) {
+/// The same for the texels of some cells, and as far as it spreads from there.
+pub(super) fn search_in<const E: usize>(
+    problem: &mut Problem<E>,
+    is_due: impl Fn(&Problem<E>, &Cell) -> bool,
+) {
     for texel in &mut problem.texels.values {
         *texel = texel.map(|x| (x + 0.5).floor());
     }
     problem.texels.follow_all();
     let mut restless = vec![false; problem.texels.values.len()];
-    for cell in (0..problem.cells.len()).filter(|&cell| is_due(problem.cells[cell].origin)) {
+    for cell in (0..problem.cells.len()).filter(|&cell| is_due(problem, &problem.cells[cell])) {
         for &tap in problem.taps(cell) {
             problem.texels.free(tap).for_each(|(texel, _)| restless[texel as usize] = true);
         }

@@ -5,6 +5,7 @@ use crate::model::{Image, Node, NodeId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Edges, faces and ghosts, to be changed and put back.
+#[derive(Clone)]
 pub(super) struct Graph {
     edges: BTreeSet<[NodeId; 2]>,
     faces: BTreeSet<[NodeId; 3]>,
@@ -50,6 +51,11 @@ impl Graph {
 
     pub(super) fn edges(&self) -> impl Iterator<Item = [NodeId; 2]> {
         self.edges.iter().copied()
+    }
+
+    /// For each ghost the nodes around it, sorted.
+    pub(super) fn around_ghosts(&self) -> Vec<Vec<NodeId>> {
+        self.ghosts.values().map(|around| around.iter().copied().collect()).collect()
     }
 
     pub(super) fn into_cells(self) -> (Vec<[NodeId; 2]>, Vec<[NodeId; 3]>) {

@@ -5,16 +5,19 @@
 //! middle between their two, into every list that holds both: values on their way from one to the
 //! other now pass through the third's. Of the cells into which γ cuts value space the two have no
 //! piece of boundary left in common, so that no continuous path of values leads from one to the
-//! other without passing through a third. Nothing else moves, and texels stay as they are. The layer is
-//! about half a texel thick: finer texels make it thinner.
+//! other without passing through a third. As a rule nothing else moves, and texels stay as they are.
+//! Where there is no place for the layer the nodes around make room, and their texels follow. The layer
+//! is about half a texel thick: finer texels make it thinner.
 
 mod borders;
 mod graph;
 mod place;
+mod room;
 
+use crate::compare;
 use crate::error::{Error, Result};
-use crate::gamma;
-use crate::labels::Source;
+use crate::fit;
+use crate::labels::{Regions, Source};
 use crate::limits::{Limits, MAX_CANDIDATES};
 use crate::model::{Image, ListId, Lists, Node, NodeId, Region, RegionId};
 use graph::Graph;
@@ -54,10 +57,57 @@ pub fn forbid(image: &mut Image, a: RegionId, b: RegionId, via: RegionId) -> Res
         return Err(Error::Usage(format!("regions {a} and {b} do not meet")));
     }
     let nodes = edit.part(a, b, via)?;
-    let mut parted = edit.finish()?;
-    borders::close(&mut parted, a, b, via)?;
-    *image = parted;
+    *image = finished(image, edit.finish()?, &[[a, b, via]])?;
     Ok(nodes)
+}
+
+/// The picture with its texels and borders, once regions were parted, each two by a third.
+fn finished(before: &Image, mut parted: Image, pairs: &[[RegionId; 3]]) -> Result<Image> {
+    let close = |image: &mut Image| {
+        pairs.iter().try_for_each(|&[a, b, via]| borders::close(image, a, b, via))
+    };
+    let stays = |(before, after): (&Node<3>, &Node<3>)| before.position == after.position;
+    // Where all stay, so do texels, if that will do.
+    if before.nodes.iter().zip(&parted.nodes).all(stays) {
+        let mut closed = parted.clone();
+        if close(&mut closed).is_ok() {
+            return Ok(closed);
+        }
+    }
+    draw(before, &mut parted, pairs)?;
+    close(&mut parted)?;
+    Ok(parted)
+}
+
+/// Fits texels to what the picture showed before, where nodes moved or layers came in. Of the two that a
+/// layer parts it keeps what it has at first: it is not squeezed.
+fn draw(before: &Image, parted: &mut Image, pairs: &[[RegionId; 3]]) -> Result<()> {
+    let decoded = |image: &Image| -> Vec<RegionId> {
+        compare::decode_regions(image).into_iter().map(Option::unwrap_or_default).collect()
+    };
+    let classes = vec![0; parted.regions.len()];
+    let mut regions = Regions { size: before.size, labels: decoded(before), classes };
+    let positions: Vec<[u8; 3]> = before.nodes.iter().map(|node| node.position).collect();
+    fit::follow(parted, &regions, &positions);
+    for (label, now) in regions.labels.iter_mut().zip(decoded(parted)) {
+        let is_layer = |&[a, b, via]: &[RegionId; 3]| now == via && (*label == a || *label == b);
+        if now != *label && pairs.iter().any(is_layer) {
+            *label = now;
+        }
+    }
+    let lists = parted.lists.clone();
+    let is_new = |&node: &NodeId| {
+        let position = parted.nodes[node as usize].position;
+        positions.get(node as usize).is_none_or(|&before| before != position)
+    };
+    let renewed: Vec<bool> = lists.iter().map(|list| list.iter().any(is_new)).collect();
+    fit::fit_some(parted, &regions, &renewed);
+    match fit::rescue(parted, &regions, true).first() {
+        None => Ok(()),
+        Some([x, y]) => Err(Error::Limit(format!(
+            "there is no room for a layer: the region at {x},{y} would be lost: encode with a smaller texel size"
+        ))),
+    }
 }
 
 /// Parts all regions of classes that must not meet. The layer between two regions belongs to a region of
@@ -66,7 +116,8 @@ pub fn forbid(image: &mut Image, a: RegionId, b: RegionId, via: RegionId) -> Res
 ///
 /// # Errors
 /// [`Error::Usage`] where a rule does not name three classes, or parts one that the picture does not
-/// have; [`Error::Limit`] as [`forbid`], or where the rules contradict each other.
+/// have; [`Error::Limit`] as [`forbid`], or where the rules contradict each other. The picture is then as
+/// it was, and so are its classes.
 pub(crate) fn forbid_classes(
     image: &mut Image,
     classes: &mut Vec<u32>,
@@ -89,27 +140,27 @@ pub(crate) fn forbid_classes(
             return Err(Error::Usage(format!("there is no {} in the picture", name(unknown))));
         }
     }
+    // Neither changes where it fails.
+    let (mut layered, mut known) = (image.clone(), classes.clone());
     for _ in 0..ROUNDS {
-        let mut edit = Edit::new(image);
+        let mut edit = Edit::new(&layered);
         let mut parted = Vec::new();
         for rule in rules {
-            for [a, b] in edit.meeting(classes, rule.pair) {
-                let via = edit.near(classes, [a, b], rule.via).unwrap_or_else(|| {
-                    classes.push(rule.via);
+            for [a, b] in edit.meeting(&known, rule.pair) {
+                let via = edit.near(&known, [a, b], rule.via).unwrap_or_else(|| {
+                    known.push(rule.via);
                     edit.image.regions.push(Region { color: source.color(rule.via) });
-                    classes.len() as RegionId - 1
+                    known.len() as RegionId - 1
                 });
                 edit.part(a, b, via)?;
                 parted.push([a, b, via]);
             }
         }
         if parted.is_empty() {
+            (*image, *classes) = (layered, known);
             return Ok(());
         }
-        *image = edit.finish()?;
-        for [a, b, via] in parted {
-            borders::close(image, a, b, via)?;
-        }
+        layered = finished(&layered, edit.finish()?, &parted)?;
     }
     Err(Error::Limit("what must not meet meets again in the layers: forbid less".into()))
 }
@@ -192,13 +243,6 @@ impl Edit {
         Ok(nodes)
     }
 
-    /// Whether two nodes' cells touch in a list.
-    fn touch(&self, [x, y]: [NodeId; 2], list: ListId) -> bool {
-        let at = |node: NodeId| gamma::value(self.positions[node as usize]);
-        let others = self.lists[list as usize].iter().filter(|&&z| z != x && z != y);
-        place::meet(at(x), at(y), others.map(|&z| at(z)))
-    }
-
     /// Puts layers of `via` between two nodes, as few as serve all of `lists`.
     fn part_nodes(
         &mut self,
@@ -206,7 +250,7 @@ impl Edit {
         mut lists: Vec<ListId>,
         via: RegionId,
     ) -> Result<usize> {
-        lists.retain(|&list| self.touch(pair, list));
+        lists.retain(|&list| room::touch(&self.positions, pair, &self.lists[list as usize]));
         let mut layers: Vec<(NodeId, Vec<Vec<NodeId>>)> = Vec::new();
         while !lists.is_empty() {
             if lists.iter().any(|&list| self.lists[list as usize].len() >= MAX_CANDIDATES) {
@@ -222,11 +266,9 @@ impl Edit {
                 around.extend(list);
             }
             let piece = self.graph.piece(&around, pair, layer);
-            let Some((position, serves)) =
-                place::place(&mut self.positions, pair, &local, piece.cells())
-            else {
-                return Err(self.crowded(pair));
-            };
+            let placed = place::place(&mut self.positions, layer, pair, &local, piece.cells());
+            let placed = placed.or_else(|| self.make_room(pair, layer, &lists, &layers, via));
+            let Some((position, serves)) = placed else { return Err(self.crowded(pair)) };
             self.positions[layer as usize] = position;
             self.image.nodes.push(Node { position, region: Some(via) });
             let mut of_layer = Vec::new();
@@ -282,5 +324,29 @@ impl Edit {
         }
         image.check(&Limits { pixels: u64::MAX, memory: u64::MAX, ..Limits::default() })?;
         Ok(image)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::encode::{EncodeOptions, encode};
+
+    #[test]
+    fn rules_that_contradict_each_other_change_nothing() {
+        let labels =
+            (0..64 * 64).map(|i| 1 + u32::from(i % 64 > 20) + u32::from(i % 64 > 40)).collect();
+        let source = Source::from_labels([64, 64], labels, &Limits::default()).unwrap();
+        let mut image = encode(&source, &EncodeOptions::default(), |_| ()).unwrap();
+        let mut classes = vec![1, 2, 3];
+        let before = image.clone();
+        let rule = |pair, via| Forbidden { pair, via };
+        // A layer of 3 between 1 and 2 meets both; one of 2 between 1 and 3 does too, and so on.
+        let rules = [rule([1, 2], 3), rule([1, 3], 2)];
+        let told = forbid_classes(&mut image, &mut classes, &source, &rules);
+        assert!(matches!(told, Err(Error::Limit(_))), "{told:?}");
+        assert!(image == before && classes == [1, 2, 3]);
+        forbid_classes(&mut image, &mut classes, &source, &rules[..1]).unwrap();
+        assert!(image != before);
     }
 }

@@ -102,19 +102,19 @@ fn candidates(x: Value<3>, y: Value<3>) -> Vec<[u8; 3]> {
     found
 }
 
-/// Finds a position for the last of the nodes in `positions` that parts `x` and `y` in as many of
+/// Finds a position for `node` that parts `x` and `y` in as many of
 /// `lists` as can be and breaks nothing there; the nearest to their middle. `lists` and `cells` have
 /// the node in them already. Returns the position and which of the lists it serves; none where it
 /// serves none.
 pub(super) fn place(
     positions: &mut [[u8; 3]],
+    node: NodeId,
     [x, y]: [NodeId; 2],
     lists: &Lists,
     cells: Cells<'_>,
 ) -> Option<([u8; 3], Vec<bool>)> {
     let at = |positions: &[[u8; 3]], node: NodeId| gamma::value(positions[node as usize]);
     let (at_x, at_y) = (at(positions, x), at(positions, y));
-    let last = positions.len() - 1;
     let finder = Finder::new(cells);
     let constraints: Vec<Constraints> = lists
         .iter()
@@ -126,7 +126,7 @@ pub(super) fn place(
         .collect();
     let mut best: Option<(usize, [u8; 3], Vec<bool>)> = None;
     for position in candidates(at_x, at_y) {
-        positions[last] = position;
+        positions[node as usize] = position;
         let parted: Vec<bool> = lists
             .iter()
             .zip(&constraints)

@@ -430,6 +430,46 @@ fn an_output_that_cannot_be_written_is_told_and_an_old_one_kept() {
     assert_eq!(std::fs::read(&old).unwrap(), b"precious");
 }
 
+/// Runs the command with `to` for its stdout.
+fn istar_to(words: &[&str], to: impl Into<std::process::Stdio>) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_istar"));
+    let output = command.args(words).stdout(to).stderr(std::process::Stdio::piped()).output();
+    let output = output.unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[test]
+fn a_reader_that_has_gone_is_no_fault() {
+    let folder = Folder::new();
+    let png = crop_png(&folder);
+    let file = folder.path("crop.istar");
+    let (png, file) = (text(&png), text(&file));
+    for words in [
+        &["encode", png, "-o", file][..],
+        &["info", file],
+        &["info", file, "--json"],
+        &["verify", file],
+        &["compare", file, png, "--regions"],
+        &["compare", file, png, "--regions", "--json"],
+        &["--help"],
+    ] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        assert_eq!(istar_to(words, writer), (Some(0), String::new()), "{words:?}");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_told_in_one_line() {
+    let folder = Folder::new();
+    let file = folder.path("crop.istar");
+    succeed(&["encode", text(&crop_png(&folder)), "-o", text(&file)]);
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let told = istar_to(&["info", text(&file)], full);
+    assert_eq!(told, (Some(1), "istar: cannot write the result: the disk is full\n".into()));
+}
+
 #[test]
 fn words_that_do_not_fit_end_with_2() {
     for words in [

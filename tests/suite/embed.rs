@@ -3,20 +3,13 @@
 use crate::fixtures::{self, stress};
 use istar::labels::{Connectivity, Source, components};
 use istar::model::{Node, Region};
-use istar::{EncodeOptions, Gamma, Kernel, Limits, Model, complex, embed, grid};
+use istar::{Gamma, Kernel, Limits, Model, complex, embed, grid};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 
 /// Zero by closed form and zero by decoding, at every texel size, with both γ.
 fn assert_no_violations(name: &str, source: &Source<2>, texel_sizes: &[u32]) {
-    for &texel_size in texel_sizes {
-        for gamma in [Gamma::Voronoi, Gamma::Planes] {
-            let options =
-                EncodeOptions { texel_size: Some(texel_size), gamma, ..EncodeOptions::default() };
-            let image = istar::encode(source, &options, |_| ()).unwrap();
-            assert_eq!(embed::model_violations(&image), 0, "{name}, {texel_size}, {gamma:?}");
-        }
-    }
+    fixtures::each_sound(name, source, texel_sizes, Kernel::Quadratic, |_, _, _| ());
 }
 
 #[test]

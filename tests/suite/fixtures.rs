@@ -65,6 +65,25 @@ pub fn gallery(name: &str) -> Source<2> {
     Source::from_colors(size, &colors, &Limits::default()).unwrap()
 }
 
+/// Encodes at every one of the texel sizes with both γ, finds no violations by closed form or by decoding,
+/// and passes each on with its texel size and what to call it.
+pub fn each_sound(
+    name: &str,
+    source: &Source<2>,
+    texel_sizes: &[u32],
+    kernel: Kernel,
+    check: impl Fn(&Image, u32, &str),
+) {
+    for &texel_size in texel_sizes {
+        for gamma in [Gamma::Voronoi, Gamma::Planes] {
+            let name = format!("{name}, texel size {texel_size}, {gamma:?}");
+            let image = encoded_with(source, texel_size, kernel, gamma);
+            assert_eq!(istar::embed::model_violations(&image), 0, "{name}");
+            check(&image, texel_size, &name);
+        }
+    }
+}
+
 /// Encodes with default options but for these.
 pub fn encoded(source: &Source<2>, texel_size: u32, kernel: Kernel) -> Image {
     encoded_with(source, texel_size, kernel, Gamma::Voronoi)

@@ -1,11 +1,13 @@
 //! Regions that must not meet: a layer comes between them wherever they did.
 
-use crate::fixtures;
+use crate::fixtures::{self, stress};
 use istar::grid::{self, Point};
 use istar::labels::Source;
-use istar::model::{NodeId, RegionId};
+use istar::model::{Block, NodeId, RegionId};
 use istar::{EncodeOptions, Error, Forbidden, Gamma, Image, Kernel, Limits};
 use istar::{container, embed, forbid, raster};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// Samples along each side of a pixel.
 const DENSE: u32 = 8;
@@ -238,4 +240,93 @@ fn a_layer_can_be_parted_from_what_it_parts() {
     let mut seen: Vec<_> = (0..12000).map(|x| colors(f64::from(x) / 100.0)).collect();
     seen.dedup();
     assert_eq!(seen, [1, 2, 4, 3].map(|class| source.color(class)));
+}
+
+/// Pairs of samples in a pixel's distance, one of `a` and one of `b`, between which there is nothing else
+/// however near one looks. Looked for only in blocks near which both are listed.
+fn close_contacts(image: &Image, a: RegionId, b: RegionId) -> usize {
+    let of = |node: NodeId| image.nodes[node as usize].region;
+    let listed = |block: &Block<3>, region: RegionId| match block {
+        Block::Solid(node) => of(*node) == Some(region),
+        Block::Cells(cells) => {
+            let nodes = cells.lists.iter().flat_map(|&list| image.lists.get(list));
+            nodes.into_iter().any(|&node| of(node) == Some(region))
+        }
+    };
+    let holds: Vec<[bool; 2]> =
+        image.blocks.iter().map(|block| [listed(block, a), listed(block, b)]).collect();
+    let blocks = image.block_grid();
+    let decoded = |at: [f64; 2]| raster::region_at(image, &Point::new(at));
+    let wide = 1 << image.block_log2;
+    let mut count = 0;
+    for (i, block) in grid::places(blocks).enumerate() {
+        let mut near = holds[i];
+        for next in [[block[0] + 1, block[1]], [block[0], block[1] + 1]] {
+            if next[0] < blocks[0] && next[1] < blocks[1] {
+                let beside = holds[grid::index(blocks, next)];
+                near = [near[0] || beside[0], near[1] || beside[1]];
+            }
+        }
+        if near != [true; 2] {
+            continue;
+        }
+        let at = |place: [u32; 2]| [0, 1].map(|i| f64::from(block[i] * wide + place[i]) + 0.5);
+        let shown: Vec<_> = grid::places([wide + 1; 2]).map(|place| decoded(at(place))).collect();
+        for place in grid::places([wide; 2]) {
+            for next in [[place[0] + 1, place[1]], [place[0], place[1] + 1]] {
+                let pair = [place, next].map(|place| shown[grid::index([wide + 1; 2], place)]);
+                if pair == [Some(a), Some(b)] || pair == [Some(b), Some(a)] {
+                    count += usize::from(!is_parted(&decoded, [at(place), at(next)], pair));
+                }
+            }
+        }
+    }
+    count
+}
+
+/// Whether something else is shown where one of a pair ends, on the way to the other.
+fn is_parted(
+    decoded: &impl Fn([f64; 2]) -> Option<RegionId>,
+    [mut from, mut to]: [[f64; 2]; 2],
+    pair: [Option<RegionId>; 2],
+) -> bool {
+    for _ in 0..40 {
+        let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
+        match decoded(middle) {
+            region if region == pair[0] => from = middle,
+            region if region == pair[1] => to = middle,
+            _ => return true,
+        }
+    }
+    false
+}
+
+/// Parts every two regions that meet, each two in a picture of their own. Returns for how many pairs
+/// nodes had to move.
+fn part_all(name: &str, image: &Image) -> usize {
+    let of = |node: NodeId| image.nodes[node as usize].region;
+    let regions = image.edges.iter().filter_map(|&[x, y]| Some([of(x)?, of(y)?]));
+    let pairs: BTreeSet<[RegionId; 2]> = regions.filter(|[a, b]| a != b).collect();
+    assert!(pairs.len() > 100, "{name}");
+    let part = |[a, b]: [RegionId; 2]| {
+        let via = (0..).find(|region| ![a, b].contains(region)).unwrap();
+        let mut parted = image.clone();
+        if let Err(error) = forbid(&mut parted, a, b, via) {
+            panic!("{name}: {error}");
+        }
+        assert!(!has_edge(&parted, a, b), "{name}: {a} {b}");
+        assert_eq!(close_contacts(&parted, a, b), 0, "{name}: {a} {b}");
+        assert_eq!(embed::model_violations(&parted), 0, "{name}: {a} {b}");
+        parted.check(&Limits::default()).unwrap();
+        let mut nodes = image.nodes.iter().zip(&parted.nodes);
+        usize::from(nodes.any(|(before, after)| before != after))
+    };
+    pairs.into_par_iter().map(part).sum()
+}
+
+#[test]
+fn where_there_is_no_room_for_a_layer_the_nodes_around_make_some() {
+    let image = fixtures::encoded(&stress::voronoi(160, 60), 16, Kernel::Quadratic);
+    let moved = part_all("voronoi", &image);
+    assert!(moved > 0, "there was room for all");
 }

@@ -1,27 +1,15 @@
 //! No region is lost that has as many pixels as a texel, and none at all with the finest texels.
 
 use crate::fixtures::{self, stress};
+use istar::Kernel;
 use istar::labels::Source;
-use istar::{EncodeOptions, Gamma, Kernel};
 
 fn assert_none_lost(name: &str, source: &Source<2>, texel_sizes: &[u32], kernel: Kernel) {
-    for &texel_size in texel_sizes {
-        for gamma in [Gamma::Voronoi, Gamma::Planes] {
-            let options = EncodeOptions {
-                texel_size: Some(texel_size),
-                gamma,
-                kernel,
-                ..EncodeOptions::default()
-            };
-            let image = istar::encode(source, &options, |_| ()).unwrap();
-            let lost = stress::lost(&image, source);
-            assert!(
-                !lost.iter().any(|&pixels| stress::must_be_seen(pixels, texel_size)),
-                "{name}, texel size {texel_size}, {gamma:?}: regions of {lost:?} pixels"
-            );
-            assert_eq!(istar::embed::model_violations(&image), 0, "{name} {texel_size} {gamma:?}");
-        }
-    }
+    fixtures::each_sound(name, source, texel_sizes, kernel, |image, texel_size, name| {
+        let lost = stress::lost(image, source);
+        let missing = lost.iter().any(|&pixels| stress::must_be_seen(pixels, texel_size));
+        assert!(!missing, "{name}: regions of {lost:?} pixels");
+    });
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! `istar compare`
 
+use crate::tell::tell;
 use crate::{Outcome, files, pictures, progress};
 use istar::labels::Source;
 use istar::{BoundaryError, Limits, RegionComparison};
@@ -57,19 +58,19 @@ pub fn run(args: &Args) -> Outcome {
             let region = |region: &RegionComparison| region_json(region, &source);
             told["regions"] = differ.iter().map(region).collect();
         }
-        println!("{told}");
+        tell!("{told}")?;
         return Ok(());
     }
-    println!("bytes           {} ({ratio:.0} : 1 against raw RGB)", bytes.len());
-    println!("psnr            {:.2} dB", result.psnr);
-    println!("wrong pixels    {:.3} % ({})", 100.0 * wrong, result.wrong_pixels);
-    println!("lost regions    {}", result.lost_regions);
+    tell!("bytes           {} ({ratio:.0} : 1 against raw RGB)", bytes.len())?;
+    tell!("psnr            {:.2} dB", result.psnr)?;
+    tell!("wrong pixels    {:.3} % ({})", 100.0 * wrong, result.wrong_pixels)?;
+    tell!("lost regions    {}", result.lost_regions)?;
     if let Some(error) = result.boundary_error {
-        println!("boundary error  {:.2} px mean, {:.2} px at 95 %", error.mean, error.p95);
+        tell!("boundary error  {:.2} px mean, {:.2} px at 95 %", error.mean, error.p95)?;
     }
     if args.regions {
         differ.sort_by_key(|region| (Reverse(region.wrong_pixels), region.region));
-        print_worst(&differ, &source);
+        print_worst(&differ, &source)?;
     }
     Ok(())
 }
@@ -91,16 +92,16 @@ fn region_json(region: &RegionComparison, source: &Source<2>) -> Value {
     })
 }
 
-fn print_worst(regions: &[RegionComparison], source: &Source<2>) {
-    println!("regions that differ  {}", regions.len());
+fn print_worst(regions: &[RegionComparison], source: &Source<2>) -> Outcome {
+    tell!("regions that differ  {}", regions.len())?;
     if regions.is_empty() {
-        return;
+        return Ok(());
     }
-    println!("\n  region  first pixel     pixels    decoded      wrong  boundary  class");
+    tell!("\n  region  first pixel     pixels    decoded      wrong  boundary  class")?;
     for region in regions.iter().take(WORST) {
         let [x, y] = region.at;
         let boundary = region.boundary_error.map_or(String::new(), |e| format!("{:.2} px", e.mean));
-        println!(
+        tell!(
             "{:>8}  {:>11}  {:>9}  {:>9}  {:>9}  {boundary:>8}  {}",
             region.region,
             format!("{x},{y}"),
@@ -108,6 +109,7 @@ fn print_worst(regions: &[RegionComparison], source: &Source<2>) {
             if region.lost() { "lost".into() } else { region.decoded_pixels.to_string() },
             region.wrong_pixels,
             source.class_name(region.class),
-        );
+        )?;
     }
+    Ok(())
 }

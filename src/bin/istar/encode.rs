@@ -1,6 +1,7 @@
 //! `istar encode`
 
 use crate::info::texel_sizes;
+use crate::tell::{aside, tell};
 use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
 use istar::labels::Connectivity;
@@ -130,11 +131,11 @@ pub fn run(args: &Args) -> Outcome {
     if let (Some(wanted), Some(psnr)) = (args.options.psnr, psnr)
         && psnr < wanted
     {
-        eprintln!("istar: {wanted} dB cannot be reached: the best is {psnr:.2} dB");
+        aside(&format!("{wanted} dB cannot be reached: the best is {psnr:.2} dB"));
     }
     let [width, height] = image.size;
     if args.json {
-        println!(
+        tell!(
             "{}",
             json!({
                 "bytes": bytes.len(),
@@ -142,14 +143,14 @@ pub fn run(args: &Args) -> Outcome {
                 "regions": image.regions.len(),
                 "texel_size": texel_sizes(&image),
             })
-        );
+        )?;
     } else {
-        println!(
+        tell!(
             "{}: {width}×{height} pixels, {} regions, {} bytes",
             args.output.display(),
             image.regions.len(),
             bytes.len()
-        );
+        )?;
     }
     Ok(())
 }

@@ -72,7 +72,8 @@ fn share_like_any_new_file(_: &fs::File) -> std::io::Result<()> {
     Ok(())
 }
 
-fn reason(error: &std::io::Error) -> String {
+/// Why reading or writing failed.
+pub fn reason(error: &std::io::Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => "there is no such file or folder".into(),
         ErrorKind::PermissionDenied => "permission denied".into(),

@@ -1,5 +1,6 @@
 //! `istar info`
 
+use crate::tell::tell;
 use crate::{Outcome, files};
 use istar::model::Block;
 use istar::{Image, container, embed, fit, raster};
@@ -30,7 +31,7 @@ pub fn run(args: &Args) -> Outcome {
         let mut by_part = serde_json::Map::new();
         by_part.insert("head".into(), head.into());
         by_part.extend(parts.iter().map(|part| (part.name(), part.stored.into())));
-        println!(
+        tell!(
             "{}",
             json!({
                 "size": image.size,
@@ -52,37 +53,37 @@ pub fn run(args: &Args) -> Outcome {
                 "bytes": bytes.len(),
                 "bytes_by_part": by_part,
             })
-        );
+        )?;
         return Ok(());
     }
     let [width, height] = image.size;
     let sizes: Vec<String> = sizes.iter().map(u32::to_string).collect();
-    println!("size        {width}×{height} pixels");
-    println!("regions     {}", image.regions.len());
-    println!(
+    tell!("size        {width}×{height} pixels")?;
+    tell!("regions     {}", image.regions.len())?;
+    tell!(
         "complex     {} nodes ({} of them ghosts), {} edges, {} faces",
         image.nodes.len(),
         image.ghosts().len(),
         image.edges.len(),
         image.faces.len()
-    );
-    println!(
+    )?;
+    tell!(
         "texel size  {}",
         if sizes.is_empty() { "none: all solid".into() } else { sizes.join(", ") }
-    );
-    println!("scalars     {}", fit::scalars(&image));
-    println!("kernel      {}", image.kernel.name());
-    println!("gamma       {}", image.gamma.name());
-    println!("tiles       1, levels 1");
+    )?;
+    tell!("scalars     {}", fit::scalars(&image))?;
+    tell!("kernel      {}", image.kernel.name())?;
+    tell!("gamma       {}", image.gamma.name())?;
+    tell!("tiles       1, levels 1")?;
     match notes.violations_before {
-        Some(before) => println!("violations  {violations}, before repair {before}"),
-        None => println!("violations  {violations}"),
+        Some(before) => tell!("violations  {violations}, before repair {before}")?,
+        None => tell!("violations  {violations}")?,
     }
-    println!("seams       {seams}");
-    println!("bytes       {}", bytes.len());
-    println!("  head      {head}");
+    tell!("seams       {seams}")?;
+    tell!("bytes       {}", bytes.len())?;
+    tell!("  head      {head}")?;
     for part in &parts {
-        println!("  {}      {}", part.name(), part.stored);
+        tell!("  {}      {}", part.name(), part.stored)?;
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ mod info;
 mod pictures;
 mod progress;
 mod render;
+mod tell;
 mod verify;
 mod view;
 
@@ -51,7 +52,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             // One line, whatever the message is made of.
-            eprintln!("istar: {}", message.replace(['\n', '\r'], " "));
+            tell::aside(&message.replace(['\n', '\r'], " "));
             ExitCode::FAILURE
         }
     }

@@ -1,5 +1,6 @@
 //! `istar verify`
 
+use crate::tell::tell;
 use crate::{Outcome, files, progress};
 use istar::{container, embed, raster};
 use std::path::PathBuf;
@@ -32,11 +33,11 @@ pub fn run(args: &Args) -> Outcome {
     let (violations, seams) = (embed::model_violations(&image), raster::seams(&image));
     drop(stages);
     let before = notes.violations_before.map_or(String::new(), |n| format!(" ({n} before repair)"));
-    println!(
+    tell!(
         "{}: sound: {} bytes, {} pixels decoded; {violations} violations{before}, {seams} seams",
         args.input.display(),
         bytes.len(),
         regions.len()
-    );
+    )?;
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! `istar view`
 
+use crate::tell::tell;
 use crate::{Outcome, encode, files};
 use axum::Router;
 use axum::extract::Path as UrlPath;
@@ -96,9 +97,7 @@ fn serve(app: Router, port: u16) -> Outcome {
                 format!("cannot serve on port {port}: {error}: choose another with --port")
             })?;
         let address = listener.local_addr().map_err(|error| error.to_string())?;
-        println!("http://{address}/");
-        // Where stdout is a pipe, whoever reads it waits for this line.
-        std::io::stdout().flush().map_err(|error| error.to_string())?;
+        tell!("http://{address}/")?;
         axum::serve(listener, app)
             .with_graceful_shutdown(async {
                 let _ = tokio::signal::ctrl_c().await;
