@@ -59,3 +59,8 @@ fn a_file_with_the_linear_kernel_is_the_same_as_anywhere() {
 fn a_file_with_planes_is_the_same_as_anywhere() {
     assert_eq!(portable::file(2), portable::FILES[2]);
 }
+
+#[wasm_bindgen_test]
+fn a_file_with_texel_sizes_by_block_is_the_same_as_anywhere() {
+    assert_eq!(portable::file(3), portable::FILES[3]);
+}

@@ -34,7 +34,8 @@ pub fn print(rows: &Rows) -> bool {
         let regions = components(&source, Connectivity::default(), &Limits::default())
             .unwrap_or_else(|error| panic!("{name}: {error}"));
         for texel_size in TEXEL_SIZES {
-            let options = EncodeOptions { texel_size: Some(texel_size), ..EncodeOptions::default() };
+            let options =
+                EncodeOptions { texel_size: Some(texel_size), ..EncodeOptions::default() };
             let start = Instant::now();
             let mut image = istar::encode(&source, &options, |_| ())
                 .unwrap_or_else(|error| panic!("{name} cannot be encoded: {error}"));

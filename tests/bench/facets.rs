@@ -55,7 +55,11 @@ pub fn print(rows: &Rows) -> bool {
             let (kind, truth) = truth(name, &source, texel_size);
             show(name, kind, texel_size, &truth);
             for kernel in [Kernel::Quadratic, Kernel::Linear] {
-                let options = EncodeOptions { texel_size: Some(texel_size), kernel, ..EncodeOptions::default() };
+                let options = EncodeOptions {
+                    texel_size: Some(texel_size),
+                    kernel,
+                    ..EncodeOptions::default()
+                };
                 let image = istar::encode(&source, &options, |_| ())
                     .unwrap_or_else(|error| panic!("{name} cannot be encoded: {error}"));
                 let found = facets(&image);
