@@ -96,10 +96,13 @@ struct Found<W> {
 const PRICES: [f64; 2] = [-14.0, 14.0];
 /// Halvings of that.
 const HALVINGS: usize = 24;
-/// Things tried, at most, before the last resort; and the part of the amount wanted from which on it
-/// is near enough.
-const TRIES: usize = 4;
+/// Things tried, at most, before the last resort, and once one is good enough; and the part of the
+/// amount wanted from which on it is near.
+const TRIES: usize = 8;
+const GOOD_TRIES: usize = 4;
 const NEAR: f64 = 0.96;
+/// How much less is aimed at each time that it comes out worse than expected again.
+const CAUTION: f64 = 0.8;
 
 /// Tries prices until the amount is at most what is wanted, and near. Where no price reaches it, what
 /// comes nearest is returned.
@@ -108,7 +111,11 @@ fn approach<T: Tries>(tries: &mut T, goal: Goal) -> Result<Found<T::What>> {
     // The amount that there is, as a part of what was expected.
     let mut factor = 1.0;
     let mut aim = goal.most;
-    for _ in 0..TRIES {
+    let mut misses = 0;
+    for tried in 0..TRIES {
+        if tried >= GOOD_TRIES && best.as_ref().is_some_and(|best| best.reached) {
+            break;
+        }
         let [low, high] = PRICES;
         // From where it is sure to be reached, towards where it is not.
         let (mut good, mut bad) = if goal.grows { (low, high) } else { (high, low) };
@@ -132,8 +139,9 @@ fn approach<T: Tries>(tries: &mut T, goal: Goal) -> Result<Found<T::What>> {
             break;
         }
         factor = amount / expected;
-        // It came out worse than expected, and may again.
-        aim = if reached { 0.5 * (1.0 + NEAR) * goal.most } else { NEAR * goal.most };
+        misses = if reached { 0 } else { misses + 1 };
+        let part = if reached { 0.5 * (1.0 + NEAR) } else { NEAR * CAUTION.powi(misses - 1) };
+        aim = part * goal.most;
     }
     if let Some(best) = best.take_if(|best| best.reached) {
         return Ok(best);
