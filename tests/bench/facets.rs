@@ -17,7 +17,7 @@ pub const NAME: &str = "facets";
 const SCALE: u32 = 4;
 /// Shorter runs are the steps of a slanted boundary.
 const SHORTEST: u32 = 4;
-const TEXEL_SIZES: [u32; 2] = [8, 16];
+const TEXEL_SIZES: [Option<u32>; 3] = [None, Some(8), Some(16)];
 /// The most that the default kernel may have, in hundredths.
 const MOST: f64 = 0.3;
 /// Rows of the enlarged picture that are looked at together.
@@ -40,7 +40,8 @@ pub fn print(rows: &Rows) -> bool {
         "kernel", "texel", "length, px", "on borders", "elsewhere", "facets"
     );
     let mut sound = true;
-    let show = |name: &str, kernel: &str, texel_size: u32, found: &Facets| {
+    let show = |name: &str, kernel: &str, texel_size: Option<u32>, found: &Facets| {
+        let texel_size = texel_size.map_or("own".into(), |size| size.to_string());
         println!(
             "{name:<14} {kernel:<10} {texel_size:>5} {:>12} {:>9.3} % {:>9.3} % {:>7.3} %",
             found.length,
@@ -52,14 +53,12 @@ pub fn print(rows: &Rows) -> bool {
     for &name in pictures {
         let source = gallery(name);
         for texel_size in TEXEL_SIZES {
-            let (kind, truth) = truth(name, &source, texel_size);
-            show(name, kind, texel_size, &truth);
+            if let Some(size) = texel_size {
+                let (kind, truth) = truth(name, &source, size);
+                show(name, kind, texel_size, &truth);
+            }
             for kernel in [Kernel::Quadratic, Kernel::Linear] {
-                let options = EncodeOptions {
-                    texel_size: Some(texel_size),
-                    kernel,
-                    ..EncodeOptions::default()
-                };
+                let options = EncodeOptions { texel_size, kernel, ..EncodeOptions::default() };
                 let image = istar::encode(&source, &options, |_| ())
                     .unwrap_or_else(|error| panic!("{name} cannot be encoded: {error}"));
                 let found = facets(&image);

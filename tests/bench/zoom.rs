@@ -39,11 +39,11 @@ pub fn print(rows: &Rows) -> bool {
     }
     let drawing = Drawing::new();
     let source = drawing.picture(SIDE);
-    let default = EncodeOptions::default().texel_size;
-    let images = [default / 2, default, default * 2].map(|texel_size| {
-        let options = EncodeOptions { texel_size: Some(texel_size), ..EncodeOptions::default() };
+    let images = [None, Some(4), Some(8), Some(16)].map(|texel_size| {
+        let options = EncodeOptions { texel_size, ..EncodeOptions::default() };
         let image = istar::encode(&source, &options, |_| ());
-        (texel_size, image.unwrap_or_else(|error| panic!("{PICTURE} cannot be encoded: {error}")))
+        let name = texel_size.map_or("default".into(), |size: u32| size.to_string());
+        (name, image.unwrap_or_else(|error| panic!("{PICTURE} cannot be encoded: {error}")))
     });
     let mut ways = vec![
         ("nearest".to_owned(), Way::Nearest),
@@ -51,8 +51,8 @@ pub fn print(rows: &Rows) -> bool {
         ("lanczos, shares".to_owned(), Way::Lanczos(Lanczos::new(&source, SCALE, true))),
     ];
     let others = ways.len();
-    for (texel_size, image) in &images {
-        ways.push((format!("istar, {texel_size}"), Way::Encoded(image)));
+    for (name, image) in &images {
+        ways.push((format!("istar, {name}"), Way::Encoded(image)));
     }
     let mut errors: Vec<Errors> = ways.iter().map(|_| Errors::default()).collect();
     let side = SIDE * SCALE;
@@ -78,7 +78,7 @@ pub fn print(rows: &Rows) -> bool {
         );
     }
     let wrong = |way: usize| errors[way].wrong;
-    let ours = images.iter().position(|(size, _)| *size == default).expect("the default") + others;
+    let ours = others;
     // Of the ways that programs offer.
     let least = wrong(0).min(wrong(1));
     let sound = 2 * wrong(ours) <= least && errors[ours].boundary().1 <= FARTHEST_WANTED;
