@@ -34,7 +34,7 @@ struct Look {
 pub(crate) struct Sizes<'a> {
     prepared: &'a Prepared<'a>,
     /// Nodes as they lie where all texels have one size.
-    settled: Embedding<3>,
+    positions: Vec<[u8; 3]>,
     /// By size as in [`SIZES`], and block.
     looks: Vec<Vec<Option<Look>>>,
 }
@@ -44,22 +44,22 @@ impl<'a> Sizes<'a> {
     pub(crate) fn new(prepared: &'a Prepared<'a>, stage: &mut impl FnMut(&'static str)) -> Self {
         stage("placing nodes");
         let mut cells = CellLists::new(prepared.regions(), BLOCK_LOG2, PLACED_AT);
-        let settled = embed::place(prepared.dual(), &mut cells, None);
+        let positions = embed::place(prepared.dual(), &mut cells, None).positions;
         let block_grid = grid::pieces(prepared.regions().size, BLOCK_LOG2);
         let looks = vec![vec![None; grid::count(block_grid)]; SIZES.len()];
-        Sizes { prepared, settled, looks }
+        Sizes { prepared, positions, looks }
     }
 
     /// The nodes' positions for one texel size, near to those for any.
     pub(crate) fn positions(&self) -> &[[u8; 3]] {
-        &self.settled.positions
+        &self.positions
     }
 
     /// For each block log₂ of its texel size, where a byte must set `price` pixels right, black for
     /// white, to be spent.
     pub(crate) fn choose(&mut self, price: f64, stage: &mut impl FnMut(&'static str)) -> Vec<u8> {
         stage("choosing texel sizes");
-        for (size, _) in SIZES.iter().enumerate() {
+        for size in 0..SIZES.len() {
             let is_due = |block: usize| {
                 let could_pay = match size.checked_sub(1) {
                     None => true,
@@ -74,17 +74,17 @@ impl<'a> Sizes<'a> {
                 self.look(size, &due);
             }
         }
-        let chosen: Vec<usize> = (0..self.looks[0].len())
+        (0..self.looks[0].len())
             .map(|block| {
                 let cost = |size: &usize| {
                     let look = self.looks[*size][block]?;
                     Some((look.error + price * look.bytes, *size))
                 };
                 let costs = (0..SIZES.len()).filter_map(|size| cost(&size));
-                costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |best| best.1)
+                let best = costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |best| best.1);
+                SIZES[best].trailing_zeros() as u8
             })
-            .collect();
-        chosen.into_iter().map(|size| SIZES[size].trailing_zeros() as u8).collect()
+            .collect()
     }
 
     /// What is wrong in all blocks together with the `sizes` chosen, in pixels of black for white, and
@@ -102,7 +102,7 @@ impl<'a> Sizes<'a> {
         let texel_log2 = SIZES[size].trailing_zeros() as u8;
         let regions = self.prepared.regions();
         let gathered = CellLists::of_some(regions, BLOCK_LOG2, texel_log2, due).gather();
-        let positions = self.settled.positions.clone();
+        let positions = self.positions.clone();
         let embedding = Embedding { gathered, positions, violations_before: 0 };
         let mut image = self.prepared.assemble(embedding);
         fit::start(&mut image, regions);

@@ -253,6 +253,28 @@ pub(super) fn count_errors<const E: usize>(
     sum + count_unguarded(problem, cell, &scalars)
 }
 
+/// For each candidate of a cell its pixels, and how many of them another wins.
+pub(super) fn count_wrong<const E: usize>(
+    problem: &Problem<E>,
+    cell: usize,
+) -> [[u32; 2]; MAX_CANDIDATES] {
+    let info = &problem.cells[cell];
+    let weights = problem.weights(info);
+    let contest = &problem.contests[info.list as usize];
+    let scalars = scalars(contest, &problem.taps_at(cell), problem.kernel.taps());
+    let mut counts = [[0; 2]; MAX_CANDIDATES];
+    let width = weights.along[0].len();
+    for (labels, across) in problem.labels(cell).chunks_exact(width).zip(&weights.across) {
+        for (x, &label) in labels.iter().enumerate().filter(|&(_, &label)| label != NOBODY) {
+            let won = winner(problem, info, scalars.get(false), across, x);
+            let [pixels, wrong] = &mut counts[usize::from(label)];
+            *pixels += 1;
+            *wrong += u32::from(won != usize::from(label));
+        }
+    }
+    counts
+}
+
 /// What it costs that pixels lost their regions that must not: as much as seams.
 fn count_unguarded<const E: usize>(problem: &Problem<E>, cell: usize, scalars: &Both) -> i64 {
     let Some(guards) = problem.guards.get(&(cell as u32)) else { return 0 };

@@ -22,12 +22,18 @@ use crate::grid;
 use crate::labels::Regions;
 use crate::model::{Block, Cells, Model, NodeId};
 use problem::Problem;
-use std::collections::BTreeSet;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 use texels::{Texels, UNUSED};
 
 /// What a pixel of another region costs whatever its colour, as a part of black for white: two regions
 /// of one colour still have a boundary worth keeping.
 const LABEL_COST: f64 = 0.05;
+
+/// A region of so many pixels in a block, more than this part of which are wrong, is broken there: a
+/// stroke in pieces, say. Then all that are wrong count like black for white, faint as they may be.
+const STROKE: u32 = 16;
+const BROKEN: f64 = 0.25;
 
 /// Fits the texels of a model, starting from what they are. Texels that blocks share stay equal;
 /// candidate lists, nodes and planes stay as they are.
@@ -96,17 +102,39 @@ pub fn resume<const D: usize, const E: usize>(
 }
 
 /// For each block about what would be wrong after [`fit`], in pixels of black for white, found in a
-/// fraction of its time. Texels are left as they are.
+/// fraction of its time; what is broken counts more. Texels are left as they are.
 pub fn estimate<const D: usize, const E: usize>(
     model: &Model<D, E>,
     regions: &Regions<D>,
 ) -> Vec<f64> {
     let mut problem = Problem::without_borders(model, regions, LABEL_COST);
     margin::estimate_margins(&mut problem);
+    let block_of = |cell: &problem::Cell| {
+        let at = grid::place(model.size, cell.origin).map(|along| along >> model.block_log2);
+        grid::index(model.block_grid(), at)
+    };
     let mut errors = vec![0.0; model.blocks.len()];
     for (cell, error) in problem.cells.iter().zip(search::all_errors(&problem)) {
-        let at = grid::place(model.size, cell.origin).map(|along| along >> model.block_log2);
-        errors[grid::index(model.block_grid(), at)] += error as f64 / 65536.0;
+        errors[block_of(cell)] += error as f64 / 65536.0;
+    }
+    // Of each node in each block, its pixels and how many of them are wrong.
+    let counts: Vec<_> = (0..problem.cells.len())
+        .into_par_iter()
+        .with_min_len(64)
+        .map(|cell| line::count_wrong(&problem, cell))
+        .collect();
+    let mut of_nodes: BTreeMap<(usize, NodeId), [u32; 2]> = BTreeMap::new();
+    for (cell, counts) in problem.cells.iter().zip(counts) {
+        let nodes = &problem.contests[cell.list as usize].nodes;
+        for (&node, count) in nodes.iter().zip(counts).filter(|(_, [pixels, _])| *pixels > 0) {
+            let sum = of_nodes.entry((block_of(cell), node)).or_default();
+            (0..2).for_each(|i| sum[i] += count[i]);
+        }
+    }
+    for ((block, _), [pixels, wrong]) in of_nodes {
+        if pixels >= STROKE && f64::from(wrong) > BROKEN * f64::from(pixels) {
+            errors[block] += f64::from(wrong);
+        }
     }
     errors
 }

@@ -17,3 +17,4 @@ mod lost;
 mod planes;
 mod portable;
 mod shaders;
+mod sizes;
