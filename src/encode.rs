@@ -107,9 +107,6 @@ pub fn encode_with_notes(
         None => {
             let mut sizes = Sizes::new(&prepared, &mut stage);
             let chosen = sizes.choose(price, &mut stage);
-            if std::env::var("V").is_ok() {
-                eprintln!("expected {:?}", sizes.sum(&chosen));
-            }
             prepared.encode_blocks(&chosen, Some(sizes.positions()), &mut stage)
         }
     }
