@@ -5,6 +5,7 @@
 
 use crate::grid;
 use crate::model::{Block, Model};
+use rustc_hash::FxHashMap;
 
 /// The number of a texel that no cell needs.
 pub(super) const UNUSED: u32 = u32::MAX;
@@ -120,10 +121,11 @@ impl<const E: usize> Texels<E> {
         let texel_grid = model.texel_grid(texel_log2);
         let block_grid = model.block_grid();
         let taps = model.kernel.taps() as u32;
-        // All texels of this size that the picture could have.
+        // By place among all texels of this size that the picture could have: far more than it has, and
+        // more than there is memory for where a file says so.
         let all: [u32; D] =
             std::array::from_fn(|axis| block_grid[axis] * cell_grid[axis] + model.kernel.texels(0));
-        let mut numbers = vec![UNUSED; grid::count(all)];
+        let mut numbers: FxHashMap<usize, u32> = FxHashMap::default();
         for (i, block) in model.blocks.iter().enumerate() {
             let Block::Cells(cells) = block else { continue };
             if cells.texel_log2 != texel_log2 {
@@ -136,14 +138,12 @@ impl<const E: usize> Texels<E> {
                 let within = grid::place(texel_grid, local);
                 let global: [u32; D] =
                     std::array::from_fn(|axis| at[axis] * cell_grid[axis] + within[axis]);
-                let number = &mut numbers[grid::index(all, global)];
-                if *number == UNUSED {
-                    *number = self.values.len() as u32;
+                *place = *numbers.entry(grid::index(all, global)).or_insert_with(|| {
                     self.values.push(cells.texels[local].map(f32::from));
                     let color = grid::index([taps; D], global.map(|along| along % taps));
                     self.colors.push(color as u8);
-                }
-                *place = *number;
+                    self.values.len() as u32 - 1
+                });
             }
             self.places[i] = places;
         }
