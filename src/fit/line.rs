@@ -2,7 +2,8 @@
 
 use super::deepest::{Wedges, deepest};
 use super::margin::swapped;
-use super::problem::{Border, Cell, Contest, NOBODY, Problem, TAPS, Weights};
+use super::problem::{Border, Cell, Contest, NOBODY, Problem, TAPS};
+use super::weights::Weights;
 use crate::limits::MAX_CANDIDATES;
 
 /// Steps to either side that are looked at.

@@ -2,7 +2,8 @@
 //! it from another candidate, and by a margin. Values are linear in the texels and planes are linear
 //! in values, so the hinge max(0, m − p) is convex in the texels, and all of them move at once.
 
-use super::problem::{Cell, Contest, Pair, Problem, TAPS, Weights};
+use super::problem::{Cell, Contest, Pair, Problem, TAPS};
+use super::weights::Weights;
 use rayon::prelude::*;
 
 /// Moves of all texels.

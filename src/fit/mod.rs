@@ -14,6 +14,7 @@ mod refine;
 mod rescue;
 mod search;
 mod texels;
+mod weights;
 
 pub use init::start;
 pub use rescue::rescue;
