@@ -43,7 +43,8 @@ pub struct EncodeOptions {
     /// Which neighbours of a pixel may belong to its region.
     pub connectivity: Connectivity,
     /// Regions of fewer pixels become a part of the neighbour with which they share the longest
-    /// boundary, the smallest first; 0 keeps all. A comparison is with the source as it was.
+    /// boundary, the smallest first; 0 keeps all. A comparison is with the source as it was, and the
+    /// source's distances play no part.
     pub min_region: u32,
     /// Classes that must not meet; a class may be a layer in one rule and be parted in another.
     pub forbidden: Vec<Forbidden>,
@@ -207,6 +208,11 @@ fn encode_cells(
         match &fitted {
             Some((_, before)) => fit::resume(&mut image, before, regions),
             None => fit::fit(&mut image, regions),
+        }
+        // Merged specks are not at the boundaries that their distances are about.
+        if let Some(distances) = source.distances().filter(|_| options.min_region <= 1) {
+            stage("fitting distances");
+            fit::fit_distances(&mut image, regions, distances);
         }
         stage("looking for what was lost");
         let mut lost = fit::rescue(&mut image, regions, true);

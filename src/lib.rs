@@ -12,7 +12,7 @@
 //! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera ← {container, raster,
 //! gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, and `target` what
-//! they may cost.
+//! they may cost. [`open`] joins them with the container.
 //!
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 
@@ -41,6 +41,8 @@ mod forbid;
 #[cfg(feature = "encode")]
 pub mod labels;
 #[cfg(feature = "encode")]
+mod open;
+#[cfg(feature = "encode")]
 mod sizes;
 #[cfg(feature = "encode")]
 mod target;
@@ -49,6 +51,8 @@ mod target;
 pub mod gpu;
 #[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod wasm;
+#[cfg(all(feature = "encode", target_arch = "wasm32"))]
+mod wasm_fit;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]
 mod wasm_topology;
 
@@ -68,5 +72,7 @@ pub use gamma::Gamma;
 pub use kernel::Kernel;
 pub use limits::{Limits, MAX_CANDIDATES, MAX_REGIONS};
 pub use model::{Image, Model};
+#[cfg(feature = "encode")]
+pub use open::{encode_lossless, open, open_exact};
 #[cfg(feature = "encode")]
 pub use target::{Chosen, Target, encode_to};

@@ -14,6 +14,15 @@ pub const ENTRY_BYTES: usize = 16;
 /// More chunks than any version writes; a file that names more is damaged.
 const MAX_CHUNKS: usize = 64;
 
+/// What a file carries of its picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Payload {
+    /// The model as it is drawn.
+    Texels,
+    /// The source's own labels, without loss: the reader fits texels to them.
+    Labels,
+}
+
 /// The header's fields.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
@@ -22,6 +31,7 @@ pub struct Header {
     pub kernel: Kernel,
     pub gamma: Gamma,
     pub block_log2: u8,
+    pub payload: Payload,
     pub size: [u32; 3],
 }
 
@@ -53,6 +63,14 @@ pub fn parts(bytes: &[u8]) -> Result<Vec<Part>> {
     Ok(parse(bytes, &Limits::default())?.1)
 }
 
+/// What a file carries, from its header.
+///
+/// # Errors
+/// As [`read`](super::read), for the header and the directory.
+pub fn payload(bytes: &[u8]) -> Result<Payload> {
+    Ok(parse(bytes, &Limits::default())?.0.payload)
+}
+
 /// Parses header and directory, and checks that the chunks fill the file.
 pub fn parse(bytes: &[u8], limits: &Limits) -> Result<(Header, Vec<Part>)> {
     if bytes.is_empty() {
@@ -66,14 +84,16 @@ pub fn parse(bytes: &[u8], limits: &Limits) -> Result<(Header, Vec<Part>)> {
     reader.take(MAGIC.len())?;
     let version = reader.u16()?;
     if version != VERSION {
+        let advice =
+            if version < VERSION { "encode the picture again" } else { "take a newer one" };
         return Err(Error::Unsupported(format!(
-            "the file has version {version} and this reader knows version {VERSION}: take a newer one"
+            "unsupported version: the file has {version} and this reader knows {VERSION}: {advice}"
         )));
     }
-    let [dimension, components, kernel, gamma, block_log2, reserved] = reader.array()?;
+    let [dimension, components, kernel, gamma, block_log2, payload] = reader.array()?;
     let size = [reader.u32()?, reader.u32()?, reader.u32()?];
     let chunks = reader.u16()? as usize;
-    if reserved != 0 || reader.u16()? != 0 || chunks > MAX_CHUNKS {
+    if reader.u16()? != 0 || chunks > MAX_CHUNKS {
         return Err(reader.error("a field out of range"));
     }
 
@@ -120,5 +140,10 @@ pub fn parse(bytes: &[u8], limits: &Limits) -> Result<(Header, Vec<Part>)> {
         1 => Gamma::Planes,
         other => return Err(Error::Unsupported(format!("γ {other}: take a newer reader"))),
     };
-    Ok((Header { dimension, components, kernel, gamma, block_log2, size }, parts))
+    let payload = match payload {
+        0 => Payload::Texels,
+        1 => Payload::Labels,
+        other => return Err(Error::Unsupported(format!("payload {other}: take a newer reader"))),
+    };
+    Ok((Header { dimension, components, kernel, gamma, block_log2, payload, size }, parts))
 }

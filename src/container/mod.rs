@@ -1,7 +1,12 @@
 //! The file: bytes to model and back. `SPEC.md` beside this file is the format, bytes first.
 
 mod bytes;
+mod chunks;
 mod directory;
+#[cfg(feature = "encode")]
+pub mod labels;
+#[cfg(feature = "encode")]
+mod lossless;
 #[cfg(feature = "encode")]
 mod notes;
 mod read;
@@ -9,7 +14,9 @@ mod texels;
 #[cfg(feature = "encode")]
 mod write;
 
-pub use directory::{Part, parts};
+pub use directory::{Part, Payload, parts, payload};
+#[cfg(feature = "encode")]
+pub use lossless::{Labels, Palette, read_labels, write_labels};
 #[cfg(feature = "encode")]
 pub use notes::{Notes, notes};
 pub use read::read;
@@ -17,7 +24,7 @@ pub use read::read;
 pub use write::{write, write_with};
 
 /// The version that this crate writes, and the only one it reads.
-pub const VERSION: u16 = 0;
+pub const VERSION: u16 = 1;
 
 /// The first bytes of every file. The first is no ASCII and the last two a line end, so that a
 /// transfer that strips a bit or changes line ends shows at once.

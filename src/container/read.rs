@@ -1,8 +1,8 @@
 //! Bytes to model.
 
 use super::bytes::Reader;
-use super::crc32;
-use super::directory::{self, ENTRY_BYTES, HEADER_BYTES, Part};
+use super::chunks::{all, unpack};
+use super::directory::{self, Part, Payload};
 use super::texels::Sharing;
 use crate::error::{Error, Result};
 use crate::gamma::Gamma;
@@ -22,6 +22,11 @@ pub fn read(bytes: &[u8], limits: &Limits) -> Result<Image> {
             "the file does not hold an image in RGB: take a newer reader".into(),
         ));
     }
+    if header.payload != Payload::Texels {
+        return Err(Error::Unsupported(
+            "the file holds labels, to which texels have to be fitted first".into(),
+        ));
+    }
     let mut model: Image = Model {
         size: [header.size[0], header.size[1]],
         kernel: header.kernel,
@@ -39,72 +44,42 @@ pub fn read(bytes: &[u8], limits: &Limits) -> Result<Image> {
     if !Image::BLOCK_LOG2.contains(&model.block_log2) {
         return Err(Error::malformed("header", "a block size out of range"));
     }
-    let chunks = unpack(bytes, &parts, model.gamma)?;
+    let chunks = chunks_of(bytes, &parts, model.gamma)?;
     read_chunks(&mut model, &chunks, limits)?;
     model.check(limits)?;
     Ok(model)
 }
 
-/// The chunks that a reader must know, in the order in which they build on each other.
-const KNOWN: [[u8; 4]; 8] =
-    [*b"REGN", *b"NODE", *b"EDGE", *b"FACE", *b"LIST", *b"BLCK", *b"TEXL", *b"PLAN"];
+/// The chunks that a reader must know, in the order in which they build on each other, and what to call
+/// them.
+const KNOWN: [([u8; 4], &str); 8] = [
+    (*b"REGN", "regions"),
+    (*b"NODE", "nodes"),
+    (*b"EDGE", "edges"),
+    (*b"FACE", "faces"),
+    (*b"LIST", "lists"),
+    (*b"BLCK", "blocks"),
+    (*b"TEXL", "texels"),
+    (*b"PLAN", "planes"),
+];
 /// The one that is there only where γ is planes.
 const PLANES: usize = 7;
 
-fn unpack(bytes: &[u8], parts: &[Part], gamma: Gamma) -> Result<[Vec<u8>; KNOWN.len()]> {
-    let mut chunks: [Option<Vec<u8>>; KNOWN.len()] = Default::default();
-    let mut at = HEADER_BYTES + parts.len() * ENTRY_BYTES + size_of::<u32>();
-    for part in parts {
-        // `parse` has checked that the parts fill the file.
-        let stored = &bytes[at..at + part.stored as usize];
-        at += part.stored as usize;
-        let Some(slot) = KNOWN.iter().position(|&tag| tag == part.tag) else {
-            if part.tag[0].is_ascii_lowercase() {
-                continue;
-            }
-            return Err(Error::Unsupported(format!(
-                "the file has a part “{}” that this reader does not know: take a newer one",
-                part.name()
-            )));
-        };
-        let name = names(slot);
-        if slot == PLANES && gamma != Gamma::Planes {
+fn chunks_of(bytes: &[u8], parts: &[Part], gamma: Gamma) -> Result<[Vec<u8>; KNOWN.len()]> {
+    let mut chunks = unpack(bytes, parts, &KNOWN)?;
+    if gamma != Gamma::Planes {
+        if chunks[PLANES].is_some() {
+            let name = KNOWN[PLANES].1;
             return Err(Error::malformed(name, "they are there, and γ has no use for them"));
         }
-        if chunks[slot].is_some() {
-            return Err(Error::malformed(name, "it is there twice"));
-        }
-        if crc32(stored) != part.crc {
-            return Err(Error::malformed(name, "its checksum does not match: the file is damaged"));
-        }
-        let raw = if part.raw == part.stored {
-            stored.to_vec()
-        } else {
-            miniz_oxide::inflate::decompress_to_vec_with_limit(stored, part.raw as usize)
-                .map_err(|_| Error::malformed(name, "it cannot be unpacked"))?
-        };
-        if raw.len() != part.raw as usize {
-            return Err(Error::malformed(name, "it unpacks to another length than it says"));
-        }
-        chunks[slot] = Some(raw);
-    }
-    let mut unpacked: [Vec<u8>; KNOWN.len()] = Default::default();
-    if gamma != Gamma::Planes {
         // An empty list.
         chunks[PLANES] = Some(vec![0]);
     }
-    for (slot, chunk) in chunks.into_iter().enumerate() {
-        unpacked[slot] = chunk.ok_or_else(|| Error::malformed(names(slot), "it is missing"))?;
-    }
-    Ok(unpacked)
-}
-
-fn names(slot: usize) -> &'static str {
-    ["regions", "nodes", "edges", "faces", "lists", "blocks", "texels", "planes"][slot]
+    all(chunks, &KNOWN)
 }
 
 fn read_chunks(model: &mut Image, chunks: &[Vec<u8>; KNOWN.len()], limits: &Limits) -> Result<()> {
-    let part = |slot: usize| Reader::new(names(slot), &chunks[slot]);
+    let part = |slot: usize| Reader::new(KNOWN[slot].1, &chunks[slot]);
     model.regions = read_regions(part(0))?;
     model.nodes = read_nodes(part(1))?;
     model.edges = read_simplices(part(2))?;

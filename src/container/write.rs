@@ -1,6 +1,7 @@
 //! Model to bytes: the mirror of `read.rs`.
 
 use super::bytes::push_varint;
+use super::directory::{Header, Payload};
 use super::notes::{self, Notes};
 use super::texels::Sharing;
 use super::{MAGIC, VERSION, crc32};
@@ -42,26 +43,51 @@ pub fn write_with(model: &Image, notes: &Notes) -> Result<Vec<u8>> {
     }
     chunks.extend(notes::chunks(notes));
 
+    let [width, height] = model.size;
+    assemble(
+        &Header {
+            dimension: 2,
+            components: 3,
+            kernel: model.kernel,
+            gamma: model.gamma,
+            block_log2: model.block_log2,
+            payload: Payload::Texels,
+            size: [width, height, 1],
+        },
+        &chunks,
+    )
+}
+
+/// A whole file: header, directory, and chunks, each packed where that makes it smaller.
+pub(super) fn assemble(header: &Header, chunks: &[([u8; 4], Vec<u8>)]) -> Result<Vec<u8>> {
     let mut head = Vec::new();
     head.extend(MAGIC);
     head.extend(VERSION.to_le_bytes());
-    let kernel = match model.kernel {
-        Kernel::Quadratic => 0,
-        Kernel::Linear => 1,
-    };
-    let gamma = match model.gamma {
-        Gamma::Voronoi => 0,
-        Gamma::Planes => 1,
-    };
-    head.extend([2, 3, kernel, gamma, model.block_log2, 0]);
-    for side in [model.size[0], model.size[1], 1] {
+    head.extend([
+        header.dimension,
+        header.components,
+        match header.kernel {
+            Kernel::Quadratic => 0,
+            Kernel::Linear => 1,
+        },
+        match header.gamma {
+            Gamma::Voronoi => 0,
+            Gamma::Planes => 1,
+        },
+        header.block_log2,
+        match header.payload {
+            Payload::Texels => 0,
+            Payload::Labels => 1,
+        },
+    ]);
+    for side in header.size {
         head.extend(side.to_le_bytes());
     }
     head.extend((chunks.len() as u16).to_le_bytes());
     head.extend([0, 0]);
 
     let mut body: Vec<u8> = Vec::new();
-    for (tag, raw) in &chunks {
+    for (tag, raw) in chunks {
         let packed = miniz_oxide::deflate::compress_to_vec(raw, DEFLATE_LEVEL);
         // A chunk whose two lengths agree is stored as it is.
         let stored = if packed.len() < raw.len() { &packed } else { raw };

@@ -6,6 +6,7 @@
 
 mod close;
 mod deepest;
+mod distance;
 mod init;
 mod line;
 mod margin;
@@ -80,6 +81,21 @@ pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &
     search::search_in(&mut problem, |problem, cell| {
         !problem.contests[cell.list as usize].is_voronoi
     });
+    close::close(&mut problem);
+    problem.texels.store(model);
+}
+
+/// After [`fit`], for a source that knows how far the middle of each pixel is from the boundary of its
+/// region, in pixels (NaN where it does not): boundaries come to lie where these distances say, between
+/// the pixels that labels alone tell apart.
+pub fn fit_distances<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    regions: &Regions<D>,
+    distances: &[f32],
+) {
+    let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
+    distance::fit_distances(&mut problem, model.size, distances);
+    search::search(&mut problem);
     close::close(&mut problem);
     problem.texels.store(model);
 }

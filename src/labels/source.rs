@@ -6,11 +6,12 @@ use crate::limits::Limits;
 use rayon::prelude::*;
 
 /// A picture of flat colours, or of labels. Pixels run with x fastest.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Source<const D: usize> {
     size: [u32; D],
     classes: Vec<u32>,
     meaning: Meaning,
+    distances: Option<Vec<f32>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,7 +57,38 @@ impl<const D: usize> Source<D> {
                 grid::count(size)
             )));
         }
-        Ok(Source { size, classes, meaning })
+        Ok(Source { size, classes, meaning, distances: None })
+    }
+
+    /// The same with what is known beyond labels: how far the middle of each pixel is from the boundary
+    /// of its region, in pixels, as level sets, posteriors or antialiased edges tell it. NaN where it
+    /// is not known. Boundaries then come to lie between pixels.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the distances are not one for each pixel, or one is negative.
+    pub fn with_distances(mut self, distances: Vec<f32>) -> Result<Self> {
+        if distances.len() != self.classes.len() {
+            return Err(Error::Usage(format!(
+                "{} distances were given for {} pixels: give one for each",
+                distances.len(),
+                self.classes.len()
+            )));
+        }
+        if let Some(pixel) = distances.iter().position(|&distance| distance < 0.0) {
+            return Err(Error::Usage(format!(
+                "the distance of pixel {:?} is {}: a pixel lies within its region, so give a number \
+                 of at least 0",
+                grid::place(self.size, pixel),
+                distances[pixel]
+            )));
+        }
+        self.distances = Some(distances);
+        Ok(self)
+    }
+
+    /// What [`with_distances`](Self::with_distances) was given.
+    pub fn distances(&self) -> Option<&[f32]> {
+        self.distances.as_deref()
     }
 
     /// Pixels along each axis.
@@ -67,6 +99,11 @@ impl<const D: usize> Source<D> {
     /// The class of each pixel.
     pub fn classes(&self) -> &[u32] {
         &self.classes
+    }
+
+    /// Whether classes are colours; else labels, with colours made up.
+    pub fn has_colors(&self) -> bool {
+        self.meaning == Meaning::Color
     }
 
     /// What to call a class in messages: `label 7`, or `color #rrggbb` (`#rrggbbaa` unless opaque).

@@ -6,6 +6,7 @@
 //! - `components`: connected components and the dual of large pictures, against copying them.
 //! - `facets`: boundaries that keep to the borders of cells, at 4×.
 //! - `zoom`: a drawing at 2048 pixels, enlarged to 16,384, beside the drawing itself.
+//! - `sizes`: a texel size for each block, against one for all, at the same number of scalars.
 //! - `ablation`: what each step of the fit is worth, and what it takes.
 //! - `rivals`: seconds and memory of `istar encode`, and of vtracer on the same picture.
 //!
@@ -25,6 +26,7 @@ mod growth;
 mod lanczos;
 mod pictures;
 mod rivals;
+mod sizes;
 #[path = "../fixtures/stress.rs"]
 mod stress;
 mod stress_table;
@@ -51,12 +53,13 @@ macro_rules! table {
     };
 }
 
-const TABLES: [Table; 7] = [
+const TABLES: [Table; 8] = [
     table!(stress_table),
     table!(growth),
     table!(components),
     table!(facets),
     table!(zoom),
+    table!(sizes),
     table!(ablation),
     table!(rivals),
 ];

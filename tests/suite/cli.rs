@@ -166,6 +166,46 @@ fn a_quality_or_a_number_of_bytes_chooses_the_texel_sizes() {
 }
 
 /// A grey picture of 40×40 pixels: two halves, 50 and 200, with specks of one and of nine pixels.
+#[test]
+fn without_loss_every_pixel_comes_back_and_more_can_be_drawn() {
+    let folder = Folder::new();
+    let png = crop_png(&folder);
+    let (png, istar) = (text(&png), folder.path("crop.istar"));
+    let istar = text(&istar);
+    let encoded = json(&["encode", png, "-o", istar, "--lossless", "--json"]);
+    assert_eq!(encoded["lossless"], true);
+    let compared = json(&["compare", istar, png, "--json"]);
+    assert_eq!(compared["bytes"], encoded["bytes"]);
+    assert_eq!(
+        (&compared["psnr"], &compared["wrong_pixels"]),
+        (&serde_json::Value::Null, &0.0.into())
+    );
+    let regions = json(&["compare", istar, png, "--json", "--regions"]);
+    assert_eq!(regions["regions"], serde_json::json!([]));
+    // The same picture again, pixel by pixel, makes the same file.
+    let again = folder.path("again.png");
+    succeed(&["decode", istar, "-o", text(&again)]);
+    let other = folder.path("again.istar");
+    succeed(&["encode", text(&again), "-o", text(&other), "--lossless"]);
+    assert_eq!(std::fs::read(istar).unwrap(), std::fs::read(other).unwrap());
+
+    let info = json(&["info", istar, "--json"]);
+    assert_eq!((&info["payload"], &info["violations"]), (&"labels".into(), &0.into()));
+    assert!(info["nodes"].as_u64() > Some(1));
+    assert!(succeed(&["info", istar]).contains("without loss"));
+    assert!(succeed(&["verify", istar]).contains("sound"));
+    let large = folder.path("large.png");
+    succeed(&["decode", istar, "-o", text(&large), "--width", "500"]);
+    assert_eq!(png_size(text(&large))[0], 500);
+    let view = folder.path("view.png");
+    let place = ["--center", "60,40", "--scale", "9", "--size", "64x48"];
+    succeed(&[&["render", istar, "-o", text(&view)], &place[..]].concat());
+    for option in ["--texel-size", "--psnr", "--max-bytes", "--min-region"] {
+        let output = self::istar(&["encode", png, "-o", istar, "--lossless", option, "8"]);
+        assert_eq!(output.status.code(), Some(2), "{option}");
+    }
+}
+
 fn specks_png(folder: &Folder) -> PathBuf {
     let mut data: Vec<u8> = (0..1600).map(|i| if i % 40 < 20 { 50 } else { 200 }).collect();
     data[40 * 8 + 6] = 90;

@@ -12,8 +12,15 @@ fn sample_with_planes() -> Vec<u8> {
     container::write(&fixtures::with_wild_planes(image)).unwrap()
 }
 
+fn sample_of_labels() -> Vec<u8> {
+    istar::encode_lossless(&fixtures::tiles(), &Default::default()).unwrap()
+}
+
 fn read(bytes: &[u8]) -> Result<istar::Image, Error> {
-    container::read(bytes, &Limits::default())
+    match container::payload(bytes)? {
+        container::Payload::Texels => container::read(bytes, &Limits::default()),
+        container::Payload::Labels => istar::open_exact(bytes, &Limits::default()),
+    }
 }
 
 /// Writes the directory's checksum anew, so that what lies behind it is reached.
@@ -26,7 +33,7 @@ fn resign(bytes: &mut [u8]) {
 
 #[test]
 fn a_file_cut_short_anywhere_is_malformed() {
-    for bytes in [sample(), sample_with_planes()] {
+    for bytes in [sample(), sample_with_planes(), sample_of_labels()] {
         for length in 0..bytes.len() {
             let result = read(&bytes[..length]);
             assert!(matches!(result, Err(Error::Malformed { .. })), "{length} bytes: {result:?}");
@@ -36,7 +43,7 @@ fn a_file_cut_short_anywhere_is_malformed() {
 
 #[test]
 fn any_byte_changed_is_noticed() {
-    for bytes in [sample(), sample_with_planes()] {
+    for bytes in [sample(), sample_with_planes(), sample_of_labels()] {
         for at in 0..bytes.len() {
             let mut changed = bytes.clone();
             changed[at] ^= 0x40;
@@ -62,10 +69,13 @@ fn another_magic_version_or_chunk_has_its_own_message() {
     };
     assert!(with(1, b'X').to_string().contains("not an IStar file"));
     assert!(matches!(with(8, 9), Error::Unsupported(_)), "version");
+    assert!(with(8, 0).to_string().contains("unsupported version"), "an old file");
     assert!(matches!(with(10, 3), Error::Unsupported(_)), "dimension");
     assert!(matches!(with(12, 7), Error::Unsupported(_)), "kernel");
     assert!(matches!(with(13, 7), Error::Unsupported(_)), "gamma");
     assert!(matches!(with(14, 40), Error::Malformed { .. }), "block size");
+    assert!(matches!(with(15, 9), Error::Unsupported(_)), "payload");
+    assert!(matches!(with(15, 1), Error::Unsupported(_)), "parts of another payload");
     assert!(matches!(with(32, b'X'), Error::Unsupported(_)), "a chunk one must know");
     assert!(matches!(with(32, b'x'), Error::Malformed { .. }), "regions are missing");
     assert!(with(13, 1).to_string().contains("planes: it is missing"), "γ");
@@ -126,6 +136,11 @@ fn signed_nonsense_never_panics() {
 #[test]
 fn signed_nonsense_with_planes_never_panics() {
     survive_nonsense(&sample_with_planes());
+}
+
+#[test]
+fn signed_nonsense_of_labels_never_panics() {
+    survive_nonsense(&sample_of_labels());
 }
 
 fn survive_nonsense(bytes: &[u8]) {

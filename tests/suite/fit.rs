@@ -94,3 +94,46 @@ fn texels_are_the_same_on_any_number_of_threads() {
     };
     assert!(on(1) == on(3));
 }
+
+/// Two discs that overlap, each (x, y, radius): where a place is, and how far from the boundary of it.
+fn two_discs(x: f64, y: f64) -> (u32, f64) {
+    let depth = |cx: f64, cy: f64, r: f64| r - (x - cx).hypot(y - cy);
+    let (first, second) = (depth(41.3, 44.8, 24.6), depth(66.9, 52.2, 19.7));
+    match (first > 0.0, second > 0.0) {
+        (true, _) => (1, first),
+        // The first covers a part of the second's boundary.
+        (_, true) => (2, second.min(-first)),
+        _ => (3, (-first).min(-second)),
+    }
+}
+
+#[test]
+fn distances_put_boundaries_between_pixels() {
+    let size = [112, 96];
+    let middle = |at: u32| f64::from(at) + 0.5;
+    let source = fixtures::painted(size, |x, y| two_discs(middle(x), middle(y)).0);
+    let distances = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
+    let distances = distances.map(|(x, y)| two_discs(middle(x), middle(y)).1 as f32).collect();
+    let known = source.clone().with_distances(distances).unwrap();
+    for kernel in [Kernel::Quadratic, Kernel::Linear] {
+        // How many of the places around a boundary are on its other side: the area between the true
+        // and the decoded boundary.
+        let wrong = |source: &istar::labels::Source<2>| {
+            const SCALE: u32 = 16;
+            let image = fixtures::encoded(source, 4, kernel);
+            assert_eq!(raster::seams(&image), 0, "{}", kernel.name());
+            let places =
+                (0..size[1] * SCALE).flat_map(|j| (0..size[0] * SCALE).map(move |i| (i, j)));
+            let is_wrong = |&(i, j): &(u32, u32)| {
+                let at = [i, j].map(|along| middle(along) / f64::from(SCALE));
+                let found = raster::decode_at(&image, &istar::grid::Point::new(at)).unwrap();
+                // Regions are numbered by their first pixel: the ground comes first.
+                let region = two_discs(at[0], at[1]).0 % 3;
+                image.nodes[found.node as usize].region != Some(region)
+            };
+            places.filter(is_wrong).count()
+        };
+        let (plain, better) = (wrong(&source), wrong(&known));
+        assert!(3 * better < plain, "{}: {plain} without distances, {better} with", kernel.name());
+    }
+}

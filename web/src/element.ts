@@ -155,7 +155,7 @@ export class IStarViewer extends Base {
         this.#message.loading(progress);
         this.#emit('progress', progress);
       });
-      const picture = await openPicture(bytes);
+      const picture = await openPicture(bytes, loading.signal);
       ready = await renderer.catch((cause) => {
         picture.free();
         throw cause;

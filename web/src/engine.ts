@@ -1,5 +1,6 @@
 import init, { Picture, Renderer } from '#wasm';
 import { ViewerError, viewerError } from './errors.js';
+import { fitted, holdsLabels } from './fitting.js';
 
 export type Backend = 'webgpu' | 'webgl2';
 export type BackendChoice = Backend | 'auto';
@@ -35,10 +36,11 @@ export async function dropRenderer(failed: Renderer): Promise<void> {
   }
 }
 
-export async function openPicture(bytes: Uint8Array): Promise<Picture> {
-  await loadModule();
+/** A file without texels is given some first, by a worker, until the signal says that nobody waits for it. */
+export async function openPicture(bytes: Uint8Array, signal: AbortSignal): Promise<Picture> {
+  const [texels] = await Promise.all([holdsLabels(bytes) ? fitted(bytes, signal) : bytes, loadModule()]);
   try {
-    return Picture.open(bytes);
+    return Picture.open(texels);
   } catch (cause) {
     throw viewerError(cause, 'malformed');
   }

@@ -21,6 +21,7 @@ const PAGES = ['index.html', 'view.html', 'page.css', 'view.js'];
 
 export async function build() {
   wasm();
+  encoderWasm();
   await bundle();
   pages();
   // After the pages: the command line tool carries them inside.
@@ -28,27 +29,42 @@ export async function build() {
   gallery();
 }
 
-/** target/web: the module, its glue and their types, from wasm-bindgen; dist/istar_bg.wasm: the same, smaller. */
+/** target/web: the viewer's module, its glue and their types, from wasm-bindgen; dist/istar_bg.wasm: the same, smaller. */
 export function wasm() {
-  const features = ['--no-default-features', '--features', 'gpu'];
-  run('cargo', ['build', '--lib', '--profile', 'wasm', '--target', RUST_TARGET, ...features]);
-  const compiled = join(cargoTarget, RUST_TARGET, 'wasm', 'istar.wasm');
-  const bound = at('target', 'web', 'istar_bg.wasm');
+  wasmModule({ name: 'istar', profile: 'wasm', features: 'gpu', optimize: ['-Oz', '--converge'] });
+}
+
+/** The same for what fits texels to labels: a viewer fetches it for files that hold these. */
+export function encoderWasm() {
+  wasmModule({ name: 'istar_encoder', profile: 'wasm-encoder', features: 'encode', optimize: ['-O3'] });
+}
+
+function wasmModule({ name, profile, features, optimize }) {
+  const target = ['--target', RUST_TARGET, '--no-default-features', '--features', features];
+  run('cargo', ['build', '--lib', '--profile', profile, ...target]);
+  const compiled = join(cargoTarget, RUST_TARGET, profile, 'istar.wasm');
+  const bound = at('target', 'web', `${name}_bg.wasm`);
   whenChanged(bound, [compiled, WASM_BINDGEN, at('web', 'tasks', 'shorten.mjs')], () => {
-    // Without a default path: the bundle must name the module once, in engine.ts, where bundlers find it.
+    // Without a default path: a bundle must name its module once, where bundlers find it.
     const options = ['--target', 'web', '--omit-default-module-path', '--out-dir', at('target', 'web')];
-    run(bin('wasm-bindgen'), [...options, compiled]);
-    shortenImports(at('target', 'web', 'istar.js'), bound);
+    run(bin('wasm-bindgen'), [...options, '--out-name', name, compiled]);
+    shortenImports(at('target', 'web', `${name}.js`), bound);
   });
-  const small = at('dist', 'istar_bg.wasm');
+  const small = at('dist', `${name}_bg.wasm`);
   // No feature flags: with --all-features the result is refused by Chromium (invalid import kind).
-  const options = ['-Oz', '--converge', '--strip-debug', '--strip-producers'];
+  const options = [...optimize, '--strip-debug', '--strip-producers'];
   whenChanged(small, [bound, at('package-lock.json'), ...options], () =>
     run(nodeBin('wasm-opt'), [...options, bound, '-o', small]),
   );
 }
 
 export async function bundle() {
+  await bundled('web/src/element.ts', 'istar.js', ['istar_bg.wasm', 'istar-fitter.js']);
+  await bundled('web/src/fitter.ts', 'istar-fitter.js', ['istar_encoder_bg.wasm']);
+}
+
+/** A script in dist, which names each of the files that it fetches once. */
+async function bundled(entry, name, fetched) {
   const { build, transform } = await import('esbuild');
   const minifiedText = {
     name: 'minified-css-as-text',
@@ -61,7 +77,7 @@ export async function bundle() {
   };
   const { outputFiles } = await build({
     absWorkingDir: at(),
-    entryPoints: ['web/src/element.ts'],
+    entryPoints: [entry],
     tsconfig: 'web/tsconfig.json',
     bundle: true,
     minify: true,
@@ -71,9 +87,11 @@ export async function bundle() {
     plugins: [minifiedText],
   });
   const script = outputFiles[0].text;
-  const names = script.split('istar_bg.wasm').length - 1;
-  if (names !== 1) throw new TaskError(`dist/istar.js names istar_bg.wasm ${names} times, not once.`);
-  writeIfChanged(at('dist', 'istar.js'), script);
+  for (const file of fetched) {
+    const names = script.split(file).length - 1;
+    if (names !== 1) throw new TaskError(`dist/${name} names ${file} ${names} times, not once.`);
+  }
+  writeIfChanged(at('dist', name), script);
 }
 
 export function pages() {

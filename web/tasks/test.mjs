@@ -2,7 +2,7 @@
 import { existsSync, readdirSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { delimiter } from 'node:path';
-import { build, wasm } from './build.mjs';
+import { build, encoderWasm, wasm } from './build.mjs';
 import { at, main, nodeBin, run, TaskError } from './project.mjs';
 import { setup } from './setup.mjs';
 
@@ -16,8 +16,9 @@ const steps = {
   lint: () => run(nodeBin('biome'), ['check', '--error-on-warnings', '.']),
   build,
   types: () => {
-    // The types of the wasm module are made with it.
+    // The types of the wasm modules are made with them.
     wasm();
+    encoderWasm();
     run(nodeBin('tsc'), ['-p', 'web']);
   },
   clippy: () => run('cargo', ['clippy', '--all-targets', '--features', 'bench,gpu', '--', '-D', 'warnings']),

@@ -31,7 +31,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Outcome {
     let stages = progress::Stages::new();
     stages.set("reading");
-    let (image, bytes) = files::read_image(&args.input)?;
+    let (image, bytes) = files::read_exact(&args.input)?;
     let source = pictures::read_source(&args.original, &Limits::default())?;
     stages.set("comparing");
     let (result, regions) = match args.regions {

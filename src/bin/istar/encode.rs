@@ -38,6 +38,9 @@ struct Options {
     /// Choose the finest texels whose file fits into N bytes
     #[arg(long, value_name = "N", conflicts_with_all = ["texel_size", "psnr"])]
     max_bytes: Option<u64>,
+    /// Keep every pixel: the file holds the picture's labels, and what draws it fits texels to them
+    #[arg(long, conflicts_with_all = ["texel_size", "psnr", "max_bytes", "min_region", "forbid"])]
+    lossless: bool,
     /// Interpolation of texels
     #[arg(long, value_enum, default_value_t = KernelName::Quadratic)]
     kernel: KernelName,
@@ -124,6 +127,9 @@ pub fn run(args: &Args) -> Outcome {
         ..EncodeOptions::default()
     };
     let output = files::Output::create(&args.output)?;
+    if args.options.lossless {
+        return encode_lossless(args, &options, output);
+    }
     let psnr = args.options.psnr.map(Target::Psnr);
     let target = psnr.or(args.options.max_bytes.map(Target::MaxBytes));
     let (Chosen { image, psnr, .. }, bytes) = encode_file(&args.input, &options, target)?;
@@ -149,6 +155,29 @@ pub fn run(args: &Args) -> Outcome {
             "{}: {width}×{height} pixels, {} regions, {} bytes",
             args.output.display(),
             image.regions.len(),
+            bytes.len()
+        )?;
+    }
+    Ok(())
+}
+
+fn encode_lossless(args: &Args, options: &EncodeOptions, output: files::Output) -> Outcome {
+    let stages = progress::Stages::new();
+    stages.set("reading");
+    let source = pictures::read_source(&args.input, &options.limits)?;
+    stages.set("packing labels");
+    let bytes =
+        istar::encode_lossless(&source, options).map_err(|error| files::at(&args.input, &error))?;
+    drop(stages);
+    output.finish(&bytes)?;
+    let [width, height] = source.size();
+    if args.json {
+        let told = json!({ "bytes": bytes.len(), "size": source.size(), "lossless": true });
+        tell!("{told}")?;
+    } else {
+        tell!(
+            "{}: {width}×{height} pixels, {} bytes, without loss",
+            args.output.display(),
             bytes.len()
         )?;
     }

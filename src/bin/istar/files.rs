@@ -1,6 +1,6 @@
 //! Files in and out. Output appears whole or not at all.
 
-use istar::{Image, Limits, container};
+use istar::{Image, Limits};
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -10,10 +10,17 @@ pub fn read(path: &Path) -> Result<Vec<u8>, String> {
     fs::read(path).map_err(|error| format!("{}: {}", path.display(), reason(&error)))
 }
 
-/// Reads an `.istar` file.
+/// Reads an `.istar` file to be drawn.
 pub fn read_image(path: &Path) -> Result<(Image, Vec<u8>), String> {
     let bytes = read(path)?;
-    let image = container::read(&bytes, &Limits::default()).map_err(|error| at(path, &error))?;
+    let image = istar::open(&bytes, &Limits::default()).map_err(|error| at(path, &error))?;
+    Ok((image, bytes))
+}
+
+/// Reads an `.istar` file to be taken at its own size: one without loss is just what it was made from.
+pub fn read_exact(path: &Path) -> Result<(Image, Vec<u8>), String> {
+    let bytes = read(path)?;
+    let image = istar::open_exact(&bytes, &Limits::default()).map_err(|error| at(path, &error))?;
     Ok((image, bytes))
 }
 

@@ -2,6 +2,7 @@
 
 use crate::tell::tell;
 use crate::{Outcome, files};
+use istar::container::Payload;
 use istar::model::Block;
 use istar::{Image, container, embed, fit, raster};
 use serde_json::json;
@@ -23,6 +24,11 @@ pub fn run(args: &Args) -> Outcome {
     let (image, bytes) = files::read_image(&args.input)?;
     let parts = container::parts(&bytes).map_err(|error| files::at(&args.input, &error))?;
     let notes = container::notes(&bytes).map_err(|error| files::at(&args.input, &error))?;
+    let payload =
+        match container::payload(&bytes).map_err(|error| files::at(&args.input, &error))? {
+            Payload::Texels => "texels",
+            Payload::Labels => "labels",
+        };
     let sizes = texel_sizes(&image);
     let violations = embed::model_violations(&image);
     let seams = raster::seams(&image);
@@ -35,6 +41,7 @@ pub fn run(args: &Args) -> Outcome {
             "{}",
             json!({
                 "size": image.size,
+                "payload": payload,
                 "regions": image.regions.len(),
                 "nodes": image.nodes.len(),
                 "ghosts": image.ghosts().len(),
@@ -59,6 +66,10 @@ pub fn run(args: &Args) -> Outcome {
     let [width, height] = image.size;
     let sizes: Vec<String> = sizes.iter().map(u32::to_string).collect();
     tell!("size        {width}×{height} pixels")?;
+    tell!(
+        "payload     {payload}{}",
+        if payload == "labels" { ", without loss; what follows is fitted to them" } else { "" }
+    )?;
     tell!("regions     {}", image.regions.len())?;
     tell!(
         "complex     {} nodes ({} of them ghosts), {} edges, {} faces",

@@ -1,0 +1,144 @@
+//! The labels payload: the source as it is, without loss, in far fewer bytes than texels take. What
+//! draws the picture fits texels to it first.
+
+use super::bytes::{Reader, push_varint};
+use super::chunks::{all, unpack};
+use super::directory::{self, Header, Payload};
+use super::{labels, write};
+use crate::error::{Error, Result};
+use crate::gamma::Gamma;
+use crate::kernel::Kernel;
+use crate::limits::Limits;
+use crate::model::Image;
+
+/// The labels of a picture.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Labels {
+    /// Source pixels along each axis.
+    pub size: [u32; 2],
+    /// The interpolation that texels are to be fitted for.
+    pub kernel: Kernel,
+    /// The decoding function that they are to be fitted for.
+    pub gamma: Gamma,
+    /// What labels stand for.
+    pub palette: Palette,
+    /// The label of each pixel, x fastest: an index into the palette.
+    pub labels: Vec<u32>,
+}
+
+/// What labels stand for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Palette {
+    /// Straight RGBA.
+    Colors(Vec<[u8; 4]>),
+    /// Labels of the source, whose colours are made up.
+    Labels(Vec<u32>),
+}
+
+impl Palette {
+    /// How many there are.
+    fn len(&self) -> usize {
+        match self {
+            Palette::Colors(colors) => colors.len(),
+            Palette::Labels(labels) => labels.len(),
+        }
+    }
+}
+
+const KNOWN: [([u8; 4], &str); 2] = [(*b"PALT", "palette"), (*b"LABL", "labels")];
+
+/// Writes a whole file.
+///
+/// # Errors
+/// [`Error::Usage`] where the labels are not one for each pixel or not of the palette, or the size is
+/// not within the limits of the format.
+pub fn write_labels(picture: &Labels) -> Result<Vec<u8>> {
+    let Labels { size, kernel, gamma, palette, labels } = picture;
+    Limits { pixels: u64::MAX, ..Limits::default() }.check_size(*size)?;
+    let pixels = u64::from(size[0]) * u64::from(size[1]);
+    if labels.len() as u64 != pixels || labels.iter().any(|&l| l as usize >= palette.len()) {
+        return Err(Error::Usage("give each pixel one label, of those in the palette".into()));
+    }
+    let header = Header {
+        dimension: 2,
+        components: 3,
+        kernel: *kernel,
+        gamma: *gamma,
+        block_log2: *Image::BLOCK_LOG2.end(),
+        payload: Payload::Labels,
+        size: [size[0], size[1], 1],
+    };
+    let chunks = [pack_palette(palette), labels::encode(*size, labels)];
+    let tags = KNOWN.map(|(tag, _)| tag);
+    write::assemble(&header, &tags.into_iter().zip(chunks).collect::<Vec<_>>())
+}
+
+/// Reads a whole file whose [`payload`](super::payload) is labels.
+///
+/// # Errors
+/// As [`read`](super::read); [`Error::Usage`] for a file with another payload.
+pub fn read_labels(bytes: &[u8], limits: &Limits) -> Result<Labels> {
+    let (header, parts) = directory::parse(bytes, limits)?;
+    if header.payload != Payload::Labels {
+        return Err(Error::Usage("the file holds texels, not labels: read those".into()));
+    }
+    if (header.dimension, header.size[2]) != (2, 1) {
+        return Err(Error::Unsupported(
+            "the file does not hold an image: take a newer reader".into(),
+        ));
+    }
+    let size = [header.size[0], header.size[1]];
+    limits.check_size(size)?;
+    let pixels = u64::from(size[0]) * u64::from(size[1]);
+    if pixels.saturating_mul(size_of::<u32>() as u64) > limits.memory {
+        let message = format!(
+            "the labels of {pixels} pixels take more than {} bytes, which is the limit",
+            limits.memory
+        );
+        return Err(Error::Limit(message));
+    }
+    let [palette, packed] = all(unpack(bytes, &parts, &KNOWN)?, &KNOWN)?;
+    let palette = unpack_palette(&palette)?;
+    let labels = labels::decode(&packed, size)?;
+    if labels.iter().any(|&label| label as usize >= palette.len()) {
+        return Err(Error::malformed("labels", "a label that the palette does not have"));
+    }
+    Ok(Labels { size, kernel: header.kernel, gamma: header.gamma, palette, labels })
+}
+
+const COLORS: u8 = 0;
+const LABELS: u8 = 1;
+
+fn pack_palette(palette: &Palette) -> Vec<u8> {
+    let mut out = Vec::new();
+    match palette {
+        Palette::Colors(colors) => {
+            out.push(COLORS);
+            push_varint(&mut out, colors.len() as u32);
+            out.extend(colors.as_flattened());
+        }
+        Palette::Labels(labels) => {
+            out.push(LABELS);
+            push_varint(&mut out, labels.len() as u32);
+            labels.iter().for_each(|&label| push_varint(&mut out, label));
+        }
+    }
+    out
+}
+
+fn unpack_palette(bytes: &[u8]) -> Result<Palette> {
+    let mut from = Reader::new(KNOWN[0].1, bytes);
+    let palette = match from.u8()? {
+        COLORS => {
+            let count = from.count(4)?;
+            Palette::Colors((0..count).map(|_| from.array()).collect::<Result<_>>()?)
+        }
+        LABELS => {
+            let count = from.count(1)?;
+            Palette::Labels((0..count).map(|_| from.varint()).collect::<Result<_>>()?)
+        }
+        _ => return Err(from.error("of a kind that is not known")),
+    };
+    from.finish()?;
+    Ok(palette)
+}

@@ -1,0 +1,124 @@
+//! Any file to a model, and sources to files without loss: what joins the container with the encoder.
+
+use crate::container::{self, Labels, Palette, Payload};
+use crate::encode::{EncodeOptions, encode};
+use crate::error::Result;
+use crate::grid;
+use crate::labels::{Connectivity, Source, components};
+use crate::limits::Limits;
+use crate::model::{Block, Cells, Image, Lists, Node, Region, RegionId};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// Reads a whole file, whatever its payload: to labels texels are fitted, each block with a size of its
+/// own.
+///
+/// # Errors
+/// As [`container::read`].
+pub fn open(bytes: &[u8], limits: &Limits) -> Result<Image> {
+    if container::payload(bytes)? == Payload::Texels {
+        return container::read(bytes, limits);
+    }
+    let labels = container::read_labels(bytes, limits)?;
+    let options = EncodeOptions {
+        kernel: labels.kernel,
+        gamma: labels.gamma,
+        limits: limits.clone(),
+        ..EncodeOptions::default()
+    };
+    encode(&source_of(labels, limits)?, &options, |_| ())
+}
+
+/// As [`open`], but a file without loss comes out pixel by pixel as it went in: to be compared or decoded
+/// at its own size. From close by its boundaries are the sides of pixels.
+///
+/// # Errors
+/// As [`container::read`].
+pub fn open_exact(bytes: &[u8], limits: &Limits) -> Result<Image> {
+    if container::payload(bytes)? == Payload::Texels {
+        return container::read(bytes, limits);
+    }
+    let labels = container::read_labels(bytes, limits)?;
+    let (kernel, gamma) = (labels.kernel, labels.gamma);
+    let source = source_of(labels, limits)?;
+    let regions = components(&source, Connectivity::default(), limits)?;
+    let mut image = Image {
+        size: regions.size,
+        kernel,
+        gamma,
+        block_log2: *Image::BLOCK_LOG2.end(),
+        regions: regions.classes.iter().map(|&c| Region { color: source.color(c) }).collect(),
+        nodes: (0..regions.classes.len() as RegionId)
+            .map(|region| Node { position: [0; 3], region: Some(region) })
+            .collect(),
+        edges: Vec::new(),
+        faces: Vec::new(),
+        planes: Vec::new(),
+        lists: Lists::default(),
+        blocks: Vec::new(),
+    };
+    // A list for each region, by its number; a cell is a pixel, and needs no more.
+    for region in 0..regions.classes.len() as RegionId {
+        image.lists.push(&[region]);
+    }
+    let texels = grid::count(image.texel_grid(0));
+    let of_block = |block: usize| {
+        let from = grid::place(image.block_grid(), block).map(|along| along << image.block_log2);
+        let region = |pixel: [u32; 2]| {
+            let at = std::array::from_fn(|a| (from[a] + pixel[a]).min(regions.size[a] - 1));
+            regions.labels[grid::index(regions.size, at)]
+        };
+        let lists: Vec<RegionId> = grid::places(image.cell_grid(0)).map(region).collect();
+        match lists.iter().all(|&list| list == lists[0]) {
+            true => Block::Solid(lists[0]),
+            false => Block::Cells(Cells { texel_log2: 0, lists, texels: vec![[0; 3]; texels] }),
+        }
+    };
+    let blocks = grid::count(image.block_grid());
+    image.blocks = (0..blocks).into_par_iter().map(of_block).collect();
+    Ok(image)
+}
+
+fn source_of(labels: Labels, limits: &Limits) -> Result<Source<2>> {
+    let Labels { size, palette, labels, .. } = labels;
+    match palette {
+        Palette::Colors(colors) => {
+            let pixels: Vec<[u8; 4]> = labels.iter().map(|&label| colors[label as usize]).collect();
+            Source::from_colors(size, &pixels, limits)
+        }
+        Palette::Labels(names) => {
+            let labels = labels.into_iter().map(|label| names[label as usize]).collect();
+            Source::from_labels(size, labels, limits)
+        }
+    }
+}
+
+/// A file that holds the source without loss. Of the options only those count that say what is to be
+/// fitted later: kernel and γ.
+///
+/// # Errors
+/// As [`container::write_labels`].
+pub fn encode_lossless(source: &Source<2>, options: &EncodeOptions) -> Result<Vec<u8>> {
+    // Labels in the order in which they appear.
+    let mut known: FxHashMap<u32, u32> = FxHashMap::default();
+    let mut classes = Vec::new();
+    let mut last = None;
+    let mut label_of = |class: u32| match last {
+        Some((same, label)) if same == class => label,
+        _ => {
+            let label = *known.entry(class).or_insert_with(|| {
+                classes.push(class);
+                classes.len() as u32 - 1
+            });
+            last = Some((class, label));
+            label
+        }
+    };
+    let labels = source.classes().iter().map(|&class| label_of(class)).collect();
+    let palette = match source.has_colors() {
+        true => Palette::Colors(classes.iter().map(|&class| source.color(class)).collect()),
+        false => Palette::Labels(classes),
+    };
+    let EncodeOptions { kernel, gamma, .. } = *options;
+    container::write_labels(&Labels { size: source.size(), kernel, gamma, palette, labels })
+}

@@ -1,0 +1,32 @@
+// The worker that fits texels to the labels of a file. It fetches the encoder, which the viewer itself does without.
+import init, { fitTexels } from '#encoder';
+import { ViewerError, viewerError } from './errors.js';
+import type { FittingJob, FittingResult } from './fitting.js';
+
+let module: Promise<unknown> | undefined;
+
+addEventListener('message', async ({ data: { id, bytes } }: MessageEvent<FittingJob>) => {
+  try {
+    module ??= load();
+    await module;
+    answer({ id, bytes: fitTexels(bytes) });
+  } catch (cause) {
+    const { kind, message } = viewerError(cause, 'malformed');
+    answer({ id, kind, message });
+  }
+});
+
+async function load(): Promise<void> {
+  // One static literal: bundlers find and copy the file by it.
+  const url = new URL('./istar_encoder_bg.wasm', import.meta.url);
+  const response = await fetch(url).catch((cause) => {
+    throw new ViewerError('network', 'The encoder could not be fetched.', cause);
+  });
+  if (!response.ok) throw new ViewerError('http', `The encoder could not be fetched (${response.status}).`);
+  await init({ module_or_path: response });
+}
+
+function answer(result: FittingResult): void {
+  const transfer = 'bytes' in result ? [result.bytes.buffer] : [];
+  postMessage(result, { transfer });
+}
