@@ -2,6 +2,7 @@
 
 mod bytes;
 mod directory;
+pub mod labels;
 #[cfg(feature = "encode")]
 mod notes;
 mod read;
