@@ -20,6 +20,7 @@ mod camera;
 #[cfg(feature = "encode")]
 mod compare;
 pub mod container;
+mod entropy;
 mod error;
 pub mod gamma;
 pub mod grid;

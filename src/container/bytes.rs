@@ -76,6 +76,11 @@ impl<'a> Reader<'a> {
         Ok(count)
     }
 
+    /// All that is left.
+    pub fn rest(&self) -> &'a [u8] {
+        self.rest
+    }
+
     pub fn finish(self) -> Result<()> {
         if self.rest.is_empty() { Ok(()) } else { Err(self.error("bytes are left over")) }
     }

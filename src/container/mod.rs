@@ -3,6 +3,7 @@
 mod bytes;
 mod chunks;
 mod directory;
+pub mod labels;
 #[cfg(feature = "encode")]
 pub mod labels;
 #[cfg(feature = "encode")]

@@ -1,0 +1,140 @@
+//! Pictures of labels, without loss: cracks between pixels of different label, coded along the chains
+//! that they form, then a label for each face between them.
+//!
+//! The work goes with the length of boundaries, not with pixels; flat areas are only filled.
+//!
+//! Labels are any numbers. They come back *numbered*: from 0 in the order in which the coder meets
+//! them, largest face first. [`encode`] returns that order, for a palette to be kept in.
+
+mod contexts;
+mod faces;
+mod lattice;
+mod numbers;
+mod path;
+mod starts;
+mod trace;
+
+use super::bytes::Reader;
+#[cfg(feature = "encode")]
+use super::bytes::push_varint;
+#[cfg(feature = "encode")]
+use crate::entropy::Encoder;
+use crate::entropy::{Coder, Decoder, Logistic};
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use faces::Faces;
+use lattice::Lattice;
+use numbers::Numbers;
+use trace::Tracer;
+
+/// Sides stay below this, so that what is computed from places fits 32 bits.
+const MAX_SIDE: u32 = 1 << 28;
+/// Bytes that a picture takes while it is coded, for every pixel: 4 of the picture, one of cracks and
+/// a third of what is known of squares, 4 of corners that are pending at worst.
+const BYTES_PER_PIXEL: u64 = 10;
+
+/// A picture of labels as bytes.
+#[cfg(feature = "encode")]
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Coded {
+    /// What [`decode`] reads.
+    pub bytes: Vec<u8>,
+    /// The label of each number that it gives.
+    pub order: Vec<u32>,
+}
+
+/// Codes the labels of a picture, row by row.
+///
+/// # Errors
+/// [`Error::Usage`] where there are not as many labels as `size` says, or none; [`Error::Limit`] for
+/// a picture beyond what the coder can count.
+#[cfg(feature = "encode")]
+pub fn encode(size: [u32; 2], labels: &[u32]) -> Result<Coded> {
+    let all = Limits { pixels: u64::MAX, regions: u32::MAX, memory: u64::MAX };
+    let pixels = check(size, &all)?;
+    if labels.len() as u64 != pixels {
+        return Err(Error::Usage(format!(
+            "there are {} labels for {pixels} pixels: give one for each",
+            labels.len()
+        )));
+    }
+    let truth = Lattice::of(size, labels);
+    let faces = faces(size, &truth, &all)?;
+    // By label, its number.
+    let mut numbered = rustc_hash::FxHashMap::default();
+    let mut order = Vec::new();
+    for face in faces.by_size() {
+        let label = labels[faces.first(face) as usize];
+        numbered.entry(label).or_insert_with(|| {
+            order.push(label);
+            order.len() as u32 - 1
+        });
+    }
+    let mut bytes = Vec::new();
+    push_varint(&mut bytes, order.len() as u32);
+    let (mut encoder, logistic) = (Encoder::new(), Logistic::new());
+    Tracer::new(size, &mut encoder, &logistic, Some(&truth)).run();
+    let number = |pixel: u32| numbered[&labels[pixel as usize]];
+    Numbers::code(size, &faces, order.len() as u32, &mut encoder, &logistic, number);
+    bytes.extend(encoder.finish());
+    Ok(Coded { bytes, order })
+}
+
+/// The numbers of the labels of a picture of `size`, row by row, and how many there are.
+///
+/// # Errors
+/// [`Error::Malformed`] for damaged bytes, as far as damage shows, [`Error::Limit`] for a picture that
+/// is larger than `limits` allow, and [`Error::Usage`] for one without pixels.
+pub fn decode(bytes: &[u8], size: [u32; 2], limits: &Limits) -> Result<(Vec<u32>, u32)> {
+    let pixels = check(size, limits)?;
+    let mut reader = Reader::new("labels", bytes);
+    let count = reader.varint()?;
+    if count == 0 || u64::from(count) > pixels {
+        return Err(reader.error("a number of labels that cannot be"));
+    }
+    let logistic = Logistic::new();
+    let mut decoder = Decoder::new(reader.rest());
+    let lattice = Tracer::new(size, &mut decoder, &logistic, None).run();
+    if decoder.exhausted() {
+        return Err(reader.error("it ends too early"));
+    }
+    let faces = faces(size, &lattice, limits)?;
+    drop(lattice);
+    let numbers = Numbers::code(size, &faces, count, &mut decoder, &logistic, |_| 0)
+        .filter(|_| decoder.at_end() && !decoder.exhausted())
+        .ok_or_else(|| reader.error("the numbers of its labels do not hold"))?
+        .by_id();
+    let mut labels = faces.ids;
+    for label in &mut labels {
+        *label = numbers[*label as usize];
+    }
+    Ok((labels, count))
+}
+
+/// Checks a size against limits, and returns the number of pixels.
+fn check(size: [u32; 2], limits: &Limits) -> Result<u64> {
+    limits.check_size(size)?;
+    let pixels = u64::from(size[0]) * u64::from(size[1]);
+    let corners = Lattice::corners(size);
+    let countable = size.iter().all(|&side| side < MAX_SIDE) && corners <= u32::MAX.into();
+    if !countable || corners.saturating_mul(BYTES_PER_PIXEL) > limits.memory {
+        return Err(too_large(limits));
+    }
+    Ok(pixels)
+}
+
+fn faces(size: [u32; 2], lattice: &Lattice, limits: &Limits) -> Result<Faces> {
+    let left = limits.memory.saturating_sub(Lattice::corners(size) * BYTES_PER_PIXEL);
+    let most = (left / Faces::BYTES_PER_ID).min(u32::MAX.into());
+    Faces::new(size, lattice, most).ok_or_else(|| too_large(limits))
+}
+
+fn too_large(limits: &Limits) -> Error {
+    Error::Limit(format!(
+        "the labels take more than {} bytes of memory: cut the picture into tiles",
+        limits.memory
+    ))
+}
+
+#[cfg(all(test, feature = "encode"))]
+mod tests;

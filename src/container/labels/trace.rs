@@ -1,0 +1,241 @@
+//! Cracks, coded along the chains that they form.
+//!
+//! Squares of the lattice are halved in z-order down to the corners where components start; there the
+//! component is followed to its end before the search goes on. At each corner that a chain reaches,
+//! it is coded which of the three directions have a crack, as far as the corners there do not tell:
+//! first the one ahead, then the one against the last turn, then the other. No corner but those on
+//! the frame has one crack alone, so the last of three is often known.
+
+use super::contexts::{
+    BRANCH_CONTEXTS, BRANCH_ROWS, Branch, CURVES, Curves, Head, STEP_CONTEXTS, STEP_ROWS, Step,
+};
+use super::lattice::{Corner, Lattice};
+use super::path::{LEFT, Path};
+use super::starts::{START_SHAPE, start_contexts};
+use crate::entropy::{Coder, Logistic, Predictor, Shape};
+
+/// States of a corner's three directions: each absent, present or open.
+const STATES: usize = 27;
+const ABSENT: usize = 0;
+const PRESENT: usize = 1;
+const OPEN: usize = 2;
+
+/// Codes the cracks of one picture.
+pub struct Tracer<'a, C> {
+    coder: &'a mut C,
+    logistic: &'a Logistic,
+    /// The cracks to be written; none where they are read.
+    truth: Option<&'a Lattice>,
+    lattice: Lattice,
+    step: Predictor,
+    branch: Predictor,
+    start: Predictor,
+    path: Path,
+    curves: Curves,
+    /// Corners, as numbers, from which more cracks lead on.
+    pending: Vec<u32>,
+    origin: Corner,
+    steps: u32,
+}
+
+impl<'a, C: Coder> Tracer<'a, C> {
+    /// For a picture of `size`, see [`Lattice::new`].
+    pub fn new(
+        size: [u32; 2],
+        coder: &'a mut C,
+        logistic: &'a Logistic,
+        truth: Option<&'a Lattice>,
+    ) -> Self {
+        let slots_log2 = Lattice::corners(size).ilog2().clamp(12, 18);
+        let step_rows = STEP_ROWS.map(|rows| 2 * rows);
+        let branch_rows = [BRANCH_ROWS[0] * 2 * STATES, BRANCH_ROWS[1]];
+        Tracer {
+            coder,
+            logistic,
+            truth,
+            lattice: Lattice::new(size),
+            step: Predictor::new(&Shape {
+                contexts: STEP_CONTEXTS,
+                experts: CURVES,
+                slots_log2,
+                sets: &step_rows,
+                weight: 1500,
+            }),
+            branch: Predictor::new(&Shape {
+                contexts: BRANCH_CONTEXTS,
+                experts: 0,
+                slots_log2: slots_log2.min(16),
+                sets: &branch_rows,
+                weight: 6000,
+            }),
+            start: Predictor::new(&START_SHAPE),
+            path: Path::new(),
+            curves: Curves::new(),
+            pending: Vec::new(),
+            origin: Corner { x: 0, y: 0 },
+            steps: 0,
+        }
+    }
+
+    /// Codes all cracks and returns them.
+    pub fn run(mut self) -> Lattice {
+        let top = self.lattice.top();
+        self.square(top, 0, 0, 0, false);
+        self.lattice
+    }
+
+    /// Codes what starts in square (x, y) of a layer, and whether anything does: `certain` where that
+    /// is known. `siblings` says what came before it in the square around, as a context.
+    fn square(&mut self, layer: usize, x: i32, y: i32, siblings: u32, certain: bool) -> bool {
+        let corner = Corner { x, y };
+        if self.coder.exhausted() || (layer == 0 && self.lattice.seen(corner) && !certain) {
+            return false;
+        }
+        let starts = certain || {
+            let truth = self.truth.is_some_and(|truth| truth.starts(layer, x, y));
+            let (contexts, rows) = start_contexts(&self.lattice, layer, x, y, siblings);
+            self.start.code(self.logistic, self.coder, truth, &contexts, &[], &rows)
+        };
+        if !starts {
+            return false;
+        }
+        self.lattice.mark_start(layer, x, y);
+        let Some(below) = layer.checked_sub(1) else {
+            self.component(corner);
+            return true;
+        };
+        let inside = |dx: i32, dy: i32| self.lattice.covers(below, 2 * x + dx, 2 * y + dy);
+        let quarters = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| (dx, dy, inside(dx, dy)));
+        let mut left = quarters.iter().filter(|quarter| quarter.2).count() as u32;
+        let mut found = false;
+        for (dx, dy, _) in quarters.into_iter().filter(|quarter| quarter.2) {
+            left -= 1;
+            let siblings = u32::from(found) + 2 * left;
+            found |= self.square(below, 2 * x + dx, 2 * y + dy, siblings, !found && left == 0);
+        }
+        true
+    }
+
+    /// Follows all chains of the component that starts at a corner.
+    fn component(&mut self, start: Corner) {
+        // Damaged bytes can name a corner that has been seen, or one that no crack can start from.
+        let [right, down] = [0, 1].map(|d| self.lattice.may_have(start, d));
+        if self.lattice.seen(start) || !(right || down) {
+            return;
+        }
+        if right {
+            self.lattice.set(start, 0);
+        }
+        if down {
+            self.lattice.set(start, 1);
+        }
+        self.lattice.see(start);
+        (self.origin, self.steps) = (start, 0);
+        self.pending.push(self.lattice.pack(start));
+        while let Some(at) = self.pending.pop() {
+            let corner = self.lattice.unpack(at);
+            let open =
+                |d: &u32| self.lattice.has(corner, *d) && !self.lattice.seen(corner.ahead(*d, 1));
+            let mut directions = (0..4).filter(open);
+            let Some(d) = directions.next() else { continue };
+            if directions.next().is_some() {
+                self.pending.push(at);
+            }
+            self.path.rebuild(&self.lattice, corner, d);
+            self.curves.forget();
+            self.follow(corner, d);
+        }
+    }
+
+    /// Follows one chain from a corner until it meets what has been seen.
+    fn follow(&mut self, mut corner: Corner, mut d: u32) {
+        loop {
+            corner = corner.ahead(d, 1);
+            self.path.reach(corner);
+            self.lattice.see(corner);
+            self.steps = self.steps.saturating_add(1);
+            if self.lattice.on_frame(corner) || self.coder.exhausted() {
+                return;
+            }
+            let Some(turn) = self.corner(corner, d) else { return };
+            self.path.turn(turn);
+            d = turned(d, turn);
+        }
+    }
+
+    /// Codes the cracks at a corner that was reached in direction `d`, and says how the chain goes on.
+    fn corner(&mut self, corner: Corner, d: u32) -> Option<u32> {
+        let against = 3 - self.path.turned();
+        let turns = [0, against, 3 - against];
+        let next = turns.map(|turn| corner.ahead(turned(d, turn), 1));
+        let mut states = [OPEN; 3];
+        for k in 0..3 {
+            if self.lattice.seen(next[k]) {
+                states[k] = usize::from(self.lattice.has(corner, turned(d, turns[k])));
+            }
+        }
+        let head = Head {
+            lattice: &self.lattice,
+            path: &self.path,
+            corner,
+            direction: d,
+            origin: self.origin,
+            steps: self.steps,
+        };
+        let (mut step, mut branch) = (None, None);
+        for k in 0..3 {
+            if states[k] != OPEN {
+                continue;
+            }
+            let leads_on = states.contains(&PRESENT);
+            let state = states[0] * 9 + states[1] * 3 + states[2];
+            let truth = self.truth.is_some_and(|truth| truth.has(corner, turned(d, turns[k])));
+            let salt = (state as u32).wrapping_mul(0x2545_f491);
+            let mark = |context: u32| context.wrapping_add(salt);
+            let present = if leads_on {
+                let branch = branch.get_or_insert_with(|| Branch::new(&head));
+                let side = usize::from(k == 2);
+                let contexts = branch.contexts.map(|c| mark(c).wrapping_add(side as u32));
+                let rows = [state * 2 + side, branch.rows[1]];
+                self.branch.code(self.logistic, self.coder, truth, &contexts, &[], &rows)
+            } else if states.iter().filter(|&&state| state == OPEN).count() == 1 {
+                true
+            } else {
+                let step = step.get_or_insert_with(|| Step::new(&head, &self.curves));
+                let aside = usize::from(k != 0);
+                let experts = if k == 0 { &step.ahead } else { &step.aside };
+                let rows = step.rows.map(|row| 2 * row + aside);
+                let contexts = step.contexts.map(mark);
+                self.step.code(self.logistic, self.coder, truth, &contexts, experts, &rows)
+            };
+            states[k] = if present { PRESENT } else { ABSENT };
+        }
+        if let Some(step) = &step {
+            self.curves.learn(step, states[0] == PRESENT);
+        }
+        let (mut on, mut more) = (None, false);
+        for k in 0..3 {
+            if states[k] != PRESENT {
+                continue;
+            }
+            self.lattice.set(corner, turned(d, turns[k]));
+            if !self.lattice.seen(next[k]) {
+                more = on.is_some();
+                on = on.or(Some(turns[k]));
+            }
+        }
+        if more {
+            self.pending.push(self.lattice.pack(corner));
+        }
+        on
+    }
+}
+
+/// The direction after a turn.
+fn turned(d: u32, turn: u32) -> u32 {
+    match turn {
+        0 => d,
+        LEFT => (d + 3) & 3,
+        _ => (d + 1) & 3,
+    }
+}

@@ -1,0 +1,286 @@
+//! How likely a yes is: what adaptive contexts say, mixed in the logistic domain.
+//!
+//! A *context* is a hash of what is known before a decision. Each has a slot with what came of it so
+//! far: a probability that settles, one that stays quick, and the last decisions themselves, which a
+//! second table takes to a probability (what follows "no no yes"?). An *expert* is an opinion of the
+//! caller in log-odds. Weights mix them all; there are several sets of weights, of each the caller
+//! chooses a row, and what the sets say is mixed once more.
+
+use super::coder::Coder;
+use super::logistic::{self, Logistic};
+
+/// What is learned in one context.
+#[derive(Clone, Copy)]
+struct Slot {
+    /// Probability of a yes, in 65536ths: the mean so far, later a slow average.
+    settled: u16,
+    /// The same, but always a quick average.
+    quick: u16,
+    /// Tells contexts apart that share the place.
+    check: u8,
+    /// Decisions seen, up to [`SETTLED`].
+    seen: u8,
+    /// The last seven decisions, the newest lowest, under a leading 1.
+    history: u8,
+}
+
+/// Decisions after which a slot's mean turns into an average over as many.
+const SETTLED: u8 = 127;
+/// The same of its quick average.
+const QUICK: u8 = 4;
+/// The same of what follows a history.
+const FOLLOWS: u16 = 60;
+
+/// No history yet.
+const NO_HISTORY: u8 = 1;
+
+/// Inputs to the mixer that a context gives.
+const PER_CONTEXT: usize = 3;
+
+/// How much a slot's opinion counts, in 256ths, by the decisions it has seen.
+const TRUST: [i32; 17] =
+    [0, 90, 140, 170, 190, 205, 215, 225, 232, 238, 243, 246, 249, 251, 253, 254, 256];
+
+/// Weights are in 65536ths and stay below 8, so that a product fits 32 bits.
+const MAX_WEIGHT: i32 = (8 << 16) - 1;
+/// How fast weights follow, and those of the last mixing.
+const PACE: i32 = 10;
+const LAST_PACE: i32 = 2;
+
+/// One set of weights: rows to choose from.
+struct Set {
+    weights: Vec<i32>,
+    row: usize,
+    /// What it says, as log-odds and as a probability.
+    output: i32,
+    p: i32,
+}
+
+/// Predicts one kind of decision.
+pub struct Predictor {
+    slots: Vec<Slot>,
+    slots_log2: u32,
+    /// By context and history: probability, and decisions seen.
+    follows: Vec<[u16; 2]>,
+    /// Where this decision's slots are.
+    places: Vec<usize>,
+    /// Three a context, then the experts, then a constant.
+    inputs: Vec<i32>,
+    sets: Vec<Set>,
+    /// Weights of the sets, a row for each row of the first set.
+    last: Vec<i32>,
+    p: i32,
+}
+
+/// The size of a [`Predictor`].
+pub struct Shape<'a> {
+    /// Contexts of a decision.
+    pub contexts: usize,
+    /// Experts of a decision.
+    pub experts: usize,
+    /// There are 2 to this many slots.
+    pub slots_log2: u32,
+    /// Rows in each set of weights.
+    pub sets: &'a [usize],
+    /// All weights at first, in 65536ths.
+    pub weight: i32,
+}
+
+impl Predictor {
+    pub fn new(shape: &Shape<'_>) -> Self {
+        let Shape { contexts, experts, slots_log2, sets, weight } = *shape;
+        let empty =
+            Slot { settled: 1 << 15, quick: 1 << 15, check: 0, seen: 0, history: NO_HISTORY };
+        let inputs = contexts * PER_CONTEXT + experts + 1;
+        let rows = sets.first().copied().unwrap_or(0);
+        Predictor {
+            slots: vec![empty; 1 << slots_log2],
+            slots_log2,
+            follows: vec![[1 << 15, 0]; contexts << 8],
+            places: vec![0; contexts],
+            inputs: vec![0; inputs],
+            sets: sets
+                .iter()
+                .map(|rows| Set { weights: vec![weight; rows * inputs], row: 0, output: 0, p: 0 })
+                .collect(),
+            last: vec![(1 << 16) / sets.len() as i32; rows * sets.len()],
+            p: 0,
+        }
+    }
+
+    /// Codes one decision. `contexts` and `experts` are as many as the shape says, `rows` one row for
+    /// each set of weights. `bit` is the decision where `coder` writes.
+    pub fn code<C: Coder>(
+        &mut self,
+        logistic: &Logistic,
+        coder: &mut C,
+        bit: bool,
+        contexts: &[u32],
+        experts: &[i32],
+        rows: &[usize],
+    ) -> bool {
+        self.look(logistic, contexts, experts);
+        self.mix(logistic, rows);
+        let bit = coder.code(bit, self.p as u32);
+        self.learn(bit);
+        bit
+    }
+
+    fn look(&mut self, logistic: &Logistic, contexts: &[u32], experts: &[i32]) {
+        let (from_contexts, others) = self.inputs.split_at_mut(contexts.len() * PER_CONTEXT);
+        others[..experts.len()].copy_from_slice(experts);
+        others[experts.len()] = 256;
+        let each = from_contexts.chunks_exact_mut(PER_CONTEXT).zip(self.follows.chunks_exact(256));
+        for (i, (inputs, follows)) in each.enumerate() {
+            let scattered = scatter(contexts[i], i as u32);
+            let place = (scattered >> (32 - self.slots_log2)) as usize;
+            let check = scattered as u8;
+            self.places[i] = place;
+            let slot = &mut self.slots[place];
+            if slot.check != check {
+                *slot =
+                    Slot { settled: 1 << 15, quick: 1 << 15, check, seen: 0, history: NO_HISTORY };
+            }
+            let trust = TRUST[usize::from(slot.seen).min(TRUST.len() - 1)];
+            inputs[0] = (logistic.stretch(slot.settled) * trust) >> 8;
+            inputs[1] = if slot.seen == 0 {
+                0
+            } else {
+                logistic.stretch(follows[usize::from(slot.history)][0])
+            };
+            inputs[2] = (i32::from(slot.quick) - (1 << 15)) >> 5;
+        }
+    }
+
+    fn mix(&mut self, logistic: &Logistic, rows: &[usize]) {
+        let n = self.inputs.len();
+        let first = rows.first().copied().unwrap_or(0) * self.sets.len();
+        let last = &self.last[first..first + self.sets.len()];
+        let mut total = 0i64;
+        for ((set, &row), &weight) in self.sets.iter_mut().zip(rows).zip(last) {
+            set.row = row;
+            let weights = &set.weights[row * n..(row + 1) * n];
+            let sum: i32 = weights.iter().zip(&self.inputs).map(|(&w, &x)| (w * x) >> 8).sum();
+            set.output = (sum >> 8).clamp(-logistic::MAX, logistic::MAX);
+            set.p = logistic.squash(set.output);
+            total += i64::from(set.output) * i64::from(weight);
+        }
+        let total = (total >> 16).clamp(-i64::from(logistic::MAX), i64::from(logistic::MAX));
+        self.p = logistic.squash(total as i32);
+    }
+
+    fn learn(&mut self, bit: bool) {
+        let target = if bit { 65535 } else { 0 };
+        let n = self.inputs.len();
+        let first = self.sets.first().map_or(0, |set| set.row) * self.sets.len();
+        let error = target - self.p;
+        for (set, weight) in self.sets.iter_mut().zip(&mut self.last[first..]) {
+            let step = (set.output * error * LAST_PACE / 1024 + 1024) >> 11;
+            *weight = (*weight + step).clamp(-MAX_WEIGHT, MAX_WEIGHT);
+            let error = ((target - set.p) * PACE) >> 6;
+            let weights = &mut set.weights[set.row * n..(set.row + 1) * n];
+            for (weight, &x) in weights.iter_mut().zip(&self.inputs) {
+                let step = (x * error + (1 << 13)) >> 14;
+                *weight = (*weight + step).clamp(-MAX_WEIGHT, MAX_WEIGHT);
+            }
+        }
+        for (&place, follows) in self.places.iter().zip(self.follows.chunks_exact_mut(256)) {
+            let slot = &mut self.slots[place];
+            let [p, seen] = &mut follows[usize::from(slot.history)];
+            *p = toward(*p, target, (*seen).min(FOLLOWS));
+            *seen = seen.saturating_add(1);
+            slot.settled = toward(slot.settled, target, slot.seen.into());
+            slot.quick = toward(slot.quick, target, slot.seen.min(QUICK).into());
+            slot.seen = (slot.seen + 1).min(SETTLED);
+            let leading = if slot.history >= 128 { 128 } else { 0 };
+            slot.history = (slot.history << 1) | leading | u8::from(bit);
+        }
+    }
+}
+
+/// Moves a probability that has seen `seen` decisions: the share that makes it their mean, were the
+/// first guess half a decision.
+fn toward(p: u16, target: i32, seen: u16) -> u16 {
+    let p = i32::from(p);
+    (p + (target - p) * 2 / (2 * i32::from(seen) + 3)) as u16
+}
+
+/// Spreads a context, and which of a decision's contexts it is, over 32 bits.
+fn scatter(context: u32, which: u32) -> u32 {
+    context
+        .wrapping_add(1 + which)
+        .wrapping_mul(0x9e37_79b1)
+        .rotate_left(13)
+        .wrapping_mul(0x85eb_ca77)
+        .wrapping_add(which << 5)
+        .wrapping_mul(0xc2b2_ae3d)
+}
+
+/// A context of up to 64 bits in 32.
+pub fn hash(context: u64) -> u32 {
+    let mixed = context.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    ((mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 32) as u32
+}
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::entropy::{Decoder, Encoder};
+
+    fn predictor() -> Predictor {
+        Predictor::new(&Shape {
+            contexts: 3,
+            experts: 1,
+            slots_log2: 10,
+            sets: &[2, 4],
+            weight: 1 << 14,
+        })
+    }
+
+    /// Codes a sequence in which every third decision tells the next two.
+    fn run<C: Coder>(coder: &mut C, bits: &mut [bool]) {
+        let (mut predictor, logistic) = (predictor(), Logistic::new());
+        let mut past = 0u32;
+        for (i, bit) in bits.iter_mut().enumerate() {
+            let contexts = [past & 1, past & 7 | (i as u32 % 3) << 8, hash(u64::from(past))];
+            let rows = [i % 2, past as usize & 3];
+            *bit = predictor.code(&logistic, coder, *bit, &contexts, &[past as i32 & 255], &rows);
+            past = past << 1 | u32::from(*bit);
+        }
+    }
+
+    fn sequence(n: usize) -> Vec<bool> {
+        let mut state = 7u32;
+        let mut bits = vec![false; n];
+        for i in 0..n {
+            state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+            bits[i] = if i % 3 == 0 { state >> 31 == 1 } else { bits[i - 1] };
+        }
+        bits
+    }
+
+    #[test]
+    fn both_sides_predict_alike_and_learn_what_there_is() {
+        let bits = sequence(6000);
+        let mut encoder = Encoder::new();
+        run(&mut encoder, &mut bits.clone());
+        let bytes = encoder.finish();
+        // 2000 decisions are free to choose: 250 bytes.
+        assert!((250..290).contains(&bytes.len()), "{}", bytes.len());
+        let mut decoded = vec![false; bits.len()];
+        run(&mut Decoder::new(&bytes), &mut decoded);
+        assert_eq!(decoded, bits);
+    }
+
+    #[test]
+    fn the_extreme_does_not_overflow() {
+        let (mut predictor, logistic) = (predictor(), Logistic::new());
+        let mut encoder = Encoder::new();
+        for i in 0..20_000 {
+            let bit = i / 5000 % 2 == 0;
+            let expert = if bit { logistic::MAX } else { -logistic::MAX };
+            predictor.code(&logistic, &mut encoder, bit, &[0, 1, 2], &[expert], &[0, 0]);
+        }
+        assert!(encoder.finish().len() < 200);
+    }
+}
