@@ -20,6 +20,7 @@ mod camera;
 #[cfg(feature = "encode")]
 mod compare;
 pub mod container;
+#[cfg(feature = "encode")]
 mod entropy;
 mod error;
 pub mod gamma;

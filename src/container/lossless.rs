@@ -22,7 +22,8 @@ pub struct Labels {
     pub gamma: Gamma,
     /// What labels stand for.
     pub palette: Palette,
-    /// The label of each pixel, x fastest: an index into the palette.
+    /// The label of each pixel, x fastest: an index into the palette. A file keeps the picture, not the
+    /// order of the palette, and only what is used of it.
     pub labels: Vec<u32>,
 }
 
@@ -43,6 +44,18 @@ impl Palette {
             Palette::Labels(labels) => labels.len(),
         }
     }
+
+    /// Those at some places, in that order.
+    fn at(&self, places: &[u32]) -> Palette {
+        match self {
+            Palette::Colors(all) => {
+                Palette::Colors(places.iter().map(|&i| all[i as usize]).collect())
+            }
+            Palette::Labels(all) => {
+                Palette::Labels(places.iter().map(|&i| all[i as usize]).collect())
+            }
+        }
+    }
 }
 
 const KNOWN: [([u8; 4], &str); 2] = [(*b"PALT", "palette"), (*b"LABL", "labels")];
@@ -50,14 +63,12 @@ const KNOWN: [([u8; 4], &str); 2] = [(*b"PALT", "palette"), (*b"LABL", "labels")
 /// Writes a whole file.
 ///
 /// # Errors
-/// [`Error::Usage`] where the labels are not one for each pixel or not of the palette, or the size is
-/// not within the limits of the format.
+/// [`Error::Usage`] where the labels are not one for each pixel or not of the palette, or there are
+/// none; [`Error::Limit`] for a picture beyond what the format can hold.
 pub fn write_labels(picture: &Labels) -> Result<Vec<u8>> {
     let Labels { size, kernel, gamma, palette, labels } = picture;
-    Limits { pixels: u64::MAX, ..Limits::default() }.check_size(*size)?;
-    let pixels = u64::from(size[0]) * u64::from(size[1]);
-    if labels.len() as u64 != pixels || labels.iter().any(|&l| l as usize >= palette.len()) {
-        return Err(Error::Usage("give each pixel one label, of those in the palette".into()));
+    if labels.iter().any(|&label| label as usize >= palette.len()) {
+        return Err(Error::Usage("a label is not in the palette: give one for each".into()));
     }
     let header = Header {
         dimension: 2,
@@ -68,7 +79,8 @@ pub fn write_labels(picture: &Labels) -> Result<Vec<u8>> {
         payload: Payload::Labels,
         size: [size[0], size[1], 1],
     };
-    let chunks = [pack_palette(palette), labels::encode(*size, labels)];
+    let labels::Coded { bytes, order } = labels::encode(*size, labels)?;
+    let chunks = [pack_palette(&palette.at(&order)), bytes];
     let tags = KNOWN.map(|(tag, _)| tag);
     write::assemble(&header, &tags.into_iter().zip(chunks).collect::<Vec<_>>())
 }
@@ -88,20 +100,11 @@ pub fn read_labels(bytes: &[u8], limits: &Limits) -> Result<Labels> {
         ));
     }
     let size = [header.size[0], header.size[1]];
-    limits.check_size(size)?;
-    let pixels = u64::from(size[0]) * u64::from(size[1]);
-    if pixels.saturating_mul(size_of::<u32>() as u64) > limits.memory {
-        let message = format!(
-            "the labels of {pixels} pixels take more than {} bytes, which is the limit",
-            limits.memory
-        );
-        return Err(Error::Limit(message));
-    }
     let [palette, packed] = all(unpack(bytes, &parts, &KNOWN)?, &KNOWN)?;
     let palette = unpack_palette(&palette)?;
-    let labels = labels::decode(&packed, size)?;
-    if labels.iter().any(|&label| label as usize >= palette.len()) {
-        return Err(Error::malformed("labels", "a label that the palette does not have"));
+    let (labels, count) = labels::decode(&packed, size, limits)?;
+    if count as usize != palette.len() {
+        return Err(Error::malformed("palette", "not as many as there are labels"));
     }
     Ok(Labels { size, kernel: header.kernel, gamma: header.gamma, palette, labels })
 }

@@ -3,9 +3,8 @@
 mod bytes;
 mod chunks;
 mod directory;
-pub mod labels;
 #[cfg(feature = "encode")]
-pub mod labels;
+mod labels;
 #[cfg(feature = "encode")]
 mod lossless;
 #[cfg(feature = "encode")]
