@@ -17,11 +17,25 @@ struct Slot {
     /// The same, but always a quick average.
     quick: u16,
     /// Tells contexts apart that share the place.
-    check: u8,
+    check: u16,
     /// Decisions seen, up to [`SETTLED`].
     seen: u8,
     /// The last seven decisions, the newest lowest, under a leading 1.
     history: u8,
+}
+
+impl Slot {
+    fn new(check: u16) -> Self {
+        Slot { settled: 1 << 15, quick: 1 << 15, check, seen: 0, history: NO_HISTORY }
+    }
+}
+
+/// What follows a history.
+#[derive(Clone, Copy)]
+struct Follow {
+    p: u16,
+    /// Decisions seen, up to [`FOLLOWS`].
+    seen: u8,
 }
 
 /// Decisions after which a slot's mean turns into an average over as many.
@@ -29,7 +43,7 @@ const SETTLED: u8 = 127;
 /// The same of its quick average.
 const QUICK: u8 = 4;
 /// The same of what follows a history.
-const FOLLOWS: u16 = 60;
+const FOLLOWS: u8 = 60;
 
 /// No history yet.
 const NO_HISTORY: u8 = 1;
@@ -60,8 +74,8 @@ struct Set {
 pub struct Predictor {
     slots: Vec<Slot>,
     slots_log2: u32,
-    /// By context and history: probability, and decisions seen.
-    follows: Vec<[u16; 2]>,
+    /// By context and history.
+    follows: Vec<Follow>,
     /// Where this decision's slots are.
     places: Vec<usize>,
     /// Three a context, then the experts, then a constant.
@@ -89,14 +103,12 @@ pub struct Shape<'a> {
 impl Predictor {
     pub fn new(shape: &Shape<'_>) -> Self {
         let Shape { contexts, experts, slots_log2, sets, weight } = *shape;
-        let empty =
-            Slot { settled: 1 << 15, quick: 1 << 15, check: 0, seen: 0, history: NO_HISTORY };
         let inputs = contexts * PER_CONTEXT + experts + 1;
         let rows = sets.first().copied().unwrap_or(0);
         Predictor {
-            slots: vec![empty; 1 << slots_log2],
+            slots: vec![Slot::new(0); 1 << slots_log2],
             slots_log2,
-            follows: vec![[1 << 15, 0]; contexts << 8],
+            follows: vec![Follow { p: 1 << 15, seen: 0 }; contexts << 8],
             places: vec![0; contexts],
             inputs: vec![0; inputs],
             sets: sets
@@ -134,19 +146,16 @@ impl Predictor {
         for (i, (inputs, follows)) in each.enumerate() {
             let scattered = scatter(contexts[i], i as u32);
             let place = (scattered >> (32 - self.slots_log2)) as usize;
-            let check = scattered as u8;
+            let check = scattered as u16;
+            let place = find(&mut self.slots, place, check);
             self.places[i] = place;
-            let slot = &mut self.slots[place];
-            if slot.check != check {
-                *slot =
-                    Slot { settled: 1 << 15, quick: 1 << 15, check, seen: 0, history: NO_HISTORY };
-            }
+            let slot = &self.slots[place];
             let trust = TRUST[usize::from(slot.seen).min(TRUST.len() - 1)];
             inputs[0] = (logistic.stretch(slot.settled) * trust) >> 8;
             inputs[1] = if slot.seen == 0 {
                 0
             } else {
-                logistic.stretch(follows[usize::from(slot.history)][0])
+                logistic.stretch(follows[usize::from(slot.history)].p)
             };
             inputs[2] = (i32::from(slot.quick) - (1 << 15)) >> 5;
         }
@@ -186,11 +195,11 @@ impl Predictor {
         }
         for (&place, follows) in self.places.iter().zip(self.follows.chunks_exact_mut(256)) {
             let slot = &mut self.slots[place];
-            let [p, seen] = &mut follows[usize::from(slot.history)];
-            *p = toward(*p, target, (*seen).min(FOLLOWS));
-            *seen = seen.saturating_add(1);
-            slot.settled = toward(slot.settled, target, slot.seen.into());
-            slot.quick = toward(slot.quick, target, slot.seen.min(QUICK).into());
+            let follow = &mut follows[usize::from(slot.history)];
+            follow.p = toward(follow.p, target, follow.seen);
+            follow.seen = (follow.seen + 1).min(FOLLOWS);
+            slot.settled = toward(slot.settled, target, slot.seen);
+            slot.quick = toward(slot.quick, target, slot.seen.min(QUICK));
             slot.seen = (slot.seen + 1).min(SETTLED);
             let leading = if slot.history >= 128 { 128 } else { 0 };
             slot.history = (slot.history << 1) | leading | u8::from(bit);
@@ -198,11 +207,37 @@ impl Predictor {
     }
 }
 
-/// Moves a probability that has seen `seen` decisions: the share that makes it their mean, were the
-/// first guess half a decision.
-fn toward(p: u16, target: i32, seen: u16) -> u16 {
+/// A context's slot: the one at `place` or its neighbour. Where neither is its own, it takes the one
+/// that has seen less.
+fn find(slots: &mut [Slot], place: usize, check: u16) -> usize {
+    let neighbour = place ^ 1;
+    if slots[place].check == check {
+        place
+    } else if slots[neighbour].check == check {
+        neighbour
+    } else {
+        let place = if slots[neighbour].seen < slots[place].seen { neighbour } else { place };
+        slots[place] = Slot::new(check);
+        place
+    }
+}
+
+/// By decisions seen, the share in 32768ths by which a probability moves: the one that makes it their
+/// mean, were the first guess half a decision.
+const SHARES: [i32; SETTLED as usize + 1] = {
+    let mut shares = [0; SETTLED as usize + 1];
+    let mut seen = 0;
+    while seen < shares.len() {
+        shares[seen] = (1 << 16) / (2 * seen as i32 + 3);
+        seen += 1;
+    }
+    shares
+};
+
+/// Moves a probability that has seen `seen` decisions.
+fn toward(p: u16, target: i32, seen: u8) -> u16 {
     let p = i32::from(p);
-    (p + (target - p) * 2 / (2 * i32::from(seen) + 3)) as u16
+    (p + (((target - p) * SHARES[usize::from(seen.min(SETTLED))]) >> 15)) as u16
 }
 
 /// Spreads a context, and which of a decision's contexts it is, over 32 bits.

@@ -8,20 +8,8 @@ use super::path::{Fit, Pass, Path, RIGHT};
 use crate::entropy::hash;
 
 /// Curves that are laid through the end of a path: corners, and degree.
-const FITS: [(usize, usize); 12] = [
-    (4, 1),
-    (6, 1),
-    (9, 1),
-    (14, 1),
-    (22, 1),
-    (34, 1),
-    (52, 1),
-    (80, 1),
-    (12, 2),
-    (24, 2),
-    (48, 2),
-    (80, 2),
-];
+const FITS: [(usize, usize); 8] =
+    [(6, 1), (9, 1), (14, 1), (22, 1), (34, 1), (52, 1), (24, 2), (48, 2)];
 pub const CURVES: usize = FITS.len();
 
 /// Contexts of a step.
@@ -132,7 +120,8 @@ impl Step {
     pub fn new(head: &Head<'_>, curves: &Curves) -> Self {
         let turns = head.path.turns();
         let hand = i64::from(head.hand());
-        let passes = curves.fits.each_ref().map(|fit| fit.pass(head.path, head.direction));
+        let recent = head.path.recent();
+        let passes = curves.fits.each_ref().map(|fit| fit.pass(&recent, head.direction));
         let classes = passes.map(|pass| class(pass, hand));
         let opinion = |value: i64| (value >> 6).clamp(-1023, 1023) as i32;
         // A step ahead parts two pixels, half a pixel to both sides of it.
@@ -169,16 +158,16 @@ impl Step {
             last(11),
             last(20),
             last(28),
-            both(2) | last(1) << 16,
-            both(5) | last(1) << 16,
-            both(9) | last(1) << 16,
-            both(10) | last(1) << 16,
-            offset(2) | offset(4) << 8 | offset(6) << 16 | last(1) << 24,
+            both(1) | last(1) << 16,
+            both(4) | last(1) << 16,
+            both(6) | last(1) << 16,
+            both(7) | last(1) << 16,
+            offset(1) | offset(3) << 8 | offset(5) << 16 | last(1) << 24,
             u64::from(ring) | last(2) << 16,
             u64::from(rays) | last(2) << 16,
             home | last(2) << 12 | u64::from(head.steps.min(12)) << 20,
-            told(9),
-            told(10),
+            told(6),
+            told(7),
             told(best) | (best as u64) << 24,
         ]
         .map(|context| {
@@ -187,8 +176,8 @@ impl Step {
         });
         let rows = [
             last(2) as usize * 2 + usize::from(ring != 0),
-            offset(3) as usize * 3 + (last(1) as usize).min(2),
-            offset(5) as usize,
+            offset(2) as usize * 3 + (last(1) as usize).min(2),
+            offset(4) as usize,
             best * 10 + curves.record(best) as usize,
         ];
         Step { contexts, rows, ahead, aside }

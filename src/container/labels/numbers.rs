@@ -17,9 +17,9 @@ const UNKNOWN: u32 = u32::MAX;
 /// Labels nearby that a face is compared with.
 const NEARBY: usize = 4;
 /// How far they are looked for, in half steps of [`RAYS`].
-const REACH: u32 = 96;
+const REACH: u32 = 48;
 /// Looks at rays that all faces together may have: with many faces, none looks far.
-const LOOKS: usize = 1 << 21;
+const LOOKS: usize = 1 << 20;
 /// Directions in which they are looked for.
 const RAYS: [(i64, i64); 16] = [
     (2, 0),

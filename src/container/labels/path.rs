@@ -8,7 +8,7 @@ pub const LEFT: u32 = 1;
 pub const RIGHT: u32 = 2;
 
 /// Steps back that anything here looks.
-pub const MEMORY: usize = 80;
+pub const MEMORY: usize = 52;
 
 /// The last corners of a chain of cracks.
 pub struct Path {
@@ -84,6 +84,18 @@ impl Path {
         }
     }
 
+    pub fn recent(&self) -> Recent {
+        let mut recent =
+            Recent { xs: [0; MEMORY], ys: [0; MEMORY], len: self.xs.len().min(MEMORY) };
+        for (to, from) in [(&mut recent.xs, &self.xs), (&mut recent.ys, &self.ys)] {
+            let newest = from.last().copied().unwrap_or(0);
+            for (to, from) in to.iter_mut().zip(from.iter().rev()) {
+                *to = (from - newest) as i16;
+            }
+        }
+        recent
+    }
+
     /// [`LEFT`] or [`RIGHT`], whichever was the last turn; at first left.
     pub fn turned(&self) -> u32 {
         self.turned
@@ -99,13 +111,20 @@ impl Path {
     }
 }
 
+/// The last corners of a path, the newest first, as seen from that.
+pub struct Recent {
+    xs: [i16; MEMORY],
+    ys: [i16; MEMORY],
+    len: usize,
+}
+
 /// A curve through the last corners of a path, by least squares over the number of steps: a line, or
 /// for large windows a parabola.
 pub struct Fit {
-    /// For each corner, newest first, its weight in the curve's place half a step ahead, and in its
-    /// direction there, in 65536ths.
-    place: Vec<i32>,
-    direction: Vec<i32>,
+    /// For each corner, newest first, its weight in the curve's place half a step ahead, in 2⁻¹⁴.
+    place: Vec<i16>,
+    /// The same in the curve's direction there, in 2⁻¹⁶.
+    direction: Vec<i16>,
 }
 
 /// Where a curve passes the middle of the crack ahead.
@@ -128,39 +147,39 @@ impl Fit {
         let us = || (0..n).map(|i| 2 * i + 1 - n);
         let norm: [i64; 3] = std::array::from_fn(|k| us().map(|u| value(k, u).pow(2)).sum());
         let ahead = -n;
-        let weights = |of: &dyn Fn(usize) -> i64| -> Vec<i32> {
-            let weight =
-                |u| (0..=degree).map(|k| of(k) * value(k, u) * 65536 / norm[k]).sum::<i64>();
-            us().map(|u| weight(u) as i32).collect()
+        let weights = |scale: i64, of: &dyn Fn(usize) -> i64| -> Vec<i16> {
+            let part = |k: usize, u| of(k) * value(k, u) * scale / norm[k];
+            us().map(|u| (0..=degree).map(|k| part(k, u)).sum::<i64>() as i16).collect()
         };
         // u falls by two a step.
-        Fit { place: weights(&|k| value(k, ahead)), direction: weights(&|k| -2 * slope(k, ahead)) }
+        Fit {
+            place: weights(1 << 14, &|k| value(k, ahead)),
+            direction: weights(1 << 16, &|k| -2 * slope(k, ahead)),
+        }
     }
 
     /// How the curve passes the crack from the path's end in direction `d`; none where the path is too
     /// short.
-    pub fn pass(&self, path: &Path, d: u32) -> Option<Pass> {
-        let first = path.xs.len().checked_sub(self.place.len())?;
-        let (xs, ys) = (&path.xs[first..], &path.ys[first..]);
-        let (&x0, &y0) = (xs.last()?, ys.last()?);
-        let (mut place, mut direction) = ([0i32; 2], [0i32; 2]);
-        let corners = xs.iter().zip(ys).rev();
-        for ((&x, &y), (&p, &q)) in corners.zip(self.place.iter().zip(&self.direction)) {
-            let (x, y) = (x - x0, y - y0);
-            place = [place[0] + p * x, place[1] + p * y];
-            direction = [direction[0] + q * x, direction[1] + q * y];
+    pub fn pass(&self, path: &Recent, d: u32) -> Option<Pass> {
+        if path.len < self.place.len() {
+            return None;
         }
-        let [vx, vy] = direction.map(i64::from);
+        let place = [&path.xs, &path.ys].map(|along| i64::from(dot(&self.place, along)) * 4);
+        let [vx, vy] = [&path.xs, &path.ys].map(|along| i64::from(dot(&self.direction, along)));
         let norm = (vx.abs() + vy.abs()).max(1);
         let step = Corner { x: 0, y: 0 }.ahead(d, 1);
         let (ux, uy) = (i64::from(step.x), i64::from(step.y));
-        let [mx, my] = [32768 * ux - i64::from(place[0]), 32768 * uy - i64::from(place[1])];
+        let [mx, my] = [32768 * ux - place[0], 32768 * uy - place[1]];
         Some(Pass {
             offset: (vx * my - vy * mx) / norm,
             ahead: (ux * vx + uy * vy) * 65536 / norm,
             right: (ux * vy - uy * vx) * 65536 / norm,
         })
     }
+}
+
+fn dot(weights: &[i16], values: &[i16]) -> i32 {
+    weights.iter().zip(values).map(|(&weight, &value)| i32::from(weight) * i32::from(value)).sum()
 }
 
 #[cfg(test)]
@@ -177,20 +196,20 @@ mod tests {
     fn a_line_is_continued_and_a_parabola_by_those_of_degree_two() {
         // One step right, one down: a diagonal through the middles of its steps.
         let diagonal = path((0..100).map(|i| (i / 2 + i % 2, i / 2)));
-        for (n, degree) in [(6, 1), (80, 1), (12, 2), (80, 2)] {
-            let pass = Fit::new(n, degree).pass(&diagonal, 1).unwrap();
+        for (n, degree) in [(6, 1), (52, 1), (12, 2), (48, 2)] {
+            let pass = Fit::new(n, degree).pass(&diagonal.recent(), 1).unwrap();
             assert!(pass.offset.abs() < 30_000 && (pass.ahead - 32768).abs() < 8000, "{n}");
             assert!((pass.ahead.abs() + pass.right.abs() - 65536).abs() <= 2);
         }
         // Not a way of unit steps, but a parabola to the last digit: only the fit is looked at.
         let parabola = path((-20..=0).map(|i| (4 * i, i * i)));
-        let pass = Fit::new(12, 2).pass(&parabola, 0).unwrap();
+        let pass = Fit::new(12, 2).pass(&parabola.recent(), 0).unwrap();
         assert!((pass.ahead - 65536 * 4 / 5).abs() < 200, "{}", pass.ahead);
     }
 
     #[test]
     fn a_short_path_has_no_curve() {
-        assert!(Fit::new(6, 1).pass(&path((0..5).map(|i| (i, 0))), 0).is_none());
+        assert!(Fit::new(6, 1).pass(&path((0..5).map(|i| (i, 0))).recent(), 0).is_none());
     }
 
     #[test]

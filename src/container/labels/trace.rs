@@ -4,7 +4,8 @@
 //! component is followed to its end before the search goes on. At each corner that a chain reaches,
 //! it is coded which of the three directions have a crack, as far as the corners there do not tell:
 //! first the one ahead, then the one against the last turn, then the other. No corner but those on
-//! the frame has one crack alone, so the last of three is often known.
+//! the frame has one crack alone, so the last of three is often known. Once one is found, whether
+//! there are more comes first: seldom.
 
 use super::contexts::{
     BRANCH_CONTEXTS, BRANCH_ROWS, Branch, CURVES, Curves, Head, STEP_CONTEXTS, STEP_ROWS, Step,
@@ -16,6 +17,8 @@ use crate::entropy::{Coder, Logistic, Predictor, Shape};
 
 /// States of a corner's three directions: each absent, present or open.
 const STATES: usize = 27;
+/// What is asked of branches: whether there is one to the first side, to the other, or at all.
+const QUESTIONS: usize = 3;
 const ABSENT: usize = 0;
 const PRESENT: usize = 1;
 const OPEN: usize = 2;
@@ -46,9 +49,9 @@ impl<'a, C: Coder> Tracer<'a, C> {
         logistic: &'a Logistic,
         truth: Option<&'a Lattice>,
     ) -> Self {
-        let slots_log2 = Lattice::corners(size).ilog2().clamp(12, 18);
+        let slots_log2 = Lattice::corners(size).ilog2().clamp(12, 16);
         let step_rows = STEP_ROWS.map(|rows| 2 * rows);
-        let branch_rows = [BRANCH_ROWS[0] * 2 * STATES, BRANCH_ROWS[1]];
+        let branch_rows = [BRANCH_ROWS[0] * QUESTIONS * STATES, BRANCH_ROWS[1]];
         Tracer {
             coder,
             logistic,
@@ -183,32 +186,47 @@ impl<'a, C: Coder> Tracer<'a, C> {
             steps: self.steps,
         };
         let (mut step, mut branch) = (None, None);
+        // Whether a chain that goes on also branches, where that is asked of two sides together.
+        let mut branches = None;
         for k in 0..3 {
             if states[k] != OPEN {
                 continue;
             }
-            let leads_on = states.contains(&PRESENT);
+            let open = states.iter().filter(|&&state| state == OPEN).count();
+            let present = states.iter().filter(|&&state| state == PRESENT).count();
+            let truth =
+                |k: usize| self.truth.is_some_and(|truth| truth.has(corner, turned(d, turns[k])));
             let state = states[0] * 9 + states[1] * 3 + states[2];
-            let truth = self.truth.is_some_and(|truth| truth.has(corner, turned(d, turns[k])));
             let salt = (state as u32).wrapping_mul(0x2545_f491);
-            let mark = |context: u32| context.wrapping_add(salt);
-            let present = if leads_on {
+            let mut ask = |what: usize, truth: bool| {
                 let branch = branch.get_or_insert_with(|| Branch::new(&head));
-                let side = usize::from(k == 2);
-                let contexts = branch.contexts.map(|c| mark(c).wrapping_add(side as u32));
-                let rows = [state * 2 + side, branch.rows[1]];
+                let what = state * QUESTIONS + what;
+                let contexts = branch.contexts.map(|c| c.wrapping_add((what as u32) << 20));
+                let rows = [what, branch.rows[1]];
                 self.branch.code(self.logistic, self.coder, truth, &contexts, &[], &rows)
-            } else if states.iter().filter(|&&state| state == OPEN).count() == 1 {
+            };
+            let here = if present > 0 {
+                if open == 2 {
+                    let any = ask(2, (k..3).any(|k| states[k] == OPEN && truth(k)));
+                    if !any {
+                        break;
+                    }
+                    branches = Some(present);
+                }
+                // The last side is known where there is a branch and none has been found.
+                (open == 1 && branches == Some(present)) || ask(usize::from(k == 2), truth(k))
+            } else if open == 1 {
                 true
             } else {
                 let step = step.get_or_insert_with(|| Step::new(&head, &self.curves));
                 let aside = usize::from(k != 0);
                 let experts = if k == 0 { &step.ahead } else { &step.aside };
                 let rows = step.rows.map(|row| 2 * row + aside);
-                let contexts = step.contexts.map(mark);
+                let contexts = step.contexts.map(|context| context.wrapping_add(salt));
+                let truth = truth(k);
                 self.step.code(self.logistic, self.coder, truth, &contexts, experts, &rows)
             };
-            states[k] = if present { PRESENT } else { ABSENT };
+            states[k] = if here { PRESENT } else { ABSENT };
         }
         if let Some(step) = &step {
             self.curves.learn(step, states[0] == PRESENT);
