@@ -13,6 +13,7 @@ mod fixtures;
 mod forbid;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod hidden;
 mod lost;
 mod planes;
 mod portable;
