@@ -1,16 +1,18 @@
 //! The whole way from a source to a model: the only place that knows every stage.
 
-use crate::complex::{CellLists, Dual, Gathered, dual, merge_specks};
+use crate::complex::{CellLists, Cut, Dual, Gathered, dual, merge_specks};
 use crate::container::Notes;
 use crate::embed::{self, Embedding};
 use crate::error::{Error, Result};
 use crate::fit;
 use crate::forbid::{Forbidden, forbid_classes};
 use crate::gamma::Gamma;
+use crate::grid;
+use crate::hidden::{self, BlockSizes};
 use crate::kernel::Kernel;
 use crate::labels::{Connectivity, Regions, Source, components};
 use crate::limits::Limits;
-use crate::model::{Block, Cells, Image, Node, Region};
+use crate::model::{Block, Cells, Image, Node, Region, RegionId};
 use crate::raster;
 use crate::sizes::Sizes;
 use rayon::prelude::*;
@@ -48,6 +50,9 @@ pub struct EncodeOptions {
     pub min_region: u32,
     /// Classes that must not meet; a class may be a layer in one rule and be parted in another.
     pub forbidden: Vec<Forbidden>,
+    /// Whether sharp corners of boundaries get hidden nodes, where that pays by [`price`](Self::price),
+    /// and no classes are forbidden to meet.
+    pub hidden_nodes: bool,
     /// Caps on the source.
     pub limits: Limits,
 }
@@ -62,6 +67,7 @@ impl Default for EncodeOptions {
             connectivity: Connectivity::default(),
             min_region: 0,
             forbidden: Vec::new(),
+            hidden_nodes: true,
             limits: Limits::default(),
         }
     }
@@ -108,7 +114,7 @@ pub fn encode_with_notes(
         None => {
             let mut sizes = Sizes::new(&prepared, &mut stage);
             let chosen = sizes.choose(price, &mut stage);
-            prepared.encode_blocks(&chosen, Some(sizes.positions()), &mut stage)
+            prepared.encode_blocks(&sizes, &chosen, price, &mut stage)
         }
     }
 }
@@ -146,19 +152,62 @@ impl<'a> Prepared<'a> {
     ) -> Result<(Image, Notes)> {
         let texel_log2 = texel_size.trailing_zeros() as u8;
         let block_log2 = BLOCK_LOG2.max(texel_log2);
-        encode_cells(self, CellLists::new(&self.regions, block_log2, texel_log2), None, stage)
+        let sizes = vec![texel_log2; grid::count(grid::pieces(self.regions.size, block_log2))];
+        let blocks = BlockSizes { block_log2, sizes: &sizes };
+        let cut = self.cut(blocks, self.options.price, None, stage);
+        // Hidden nodes find their places between the others.
+        let placed: Option<Embedding<3>> = cut.is_some().then(|| {
+            stage("placing nodes");
+            let mut cells = CellLists::new(&self.regions, block_log2, texel_log2);
+            embed::place(&self.dual, &mut cells, None)
+        });
+        let first = placed.as_ref().map(|placed| placed.violations_before);
+        let settled = placed.map(|placed| placed.positions);
+        let parts = self.parts(cut.as_ref());
+        let cells = CellLists::new(parts.regions, block_log2, texel_log2);
+        let (image, mut notes) =
+            encode_cells(self, parts, cells.owned_by(parts.owners), settled, stage)?;
+        notes.violations_before = first.or(notes.violations_before);
+        Ok((image, notes))
     }
 
-    /// The image with a texel size for each block, given as log₂. Nodes begin where they are `settled`
-    /// already, if they are.
+    /// The image with a texel size for each block, given as log₂, chosen from `sizes` for a price.
     pub(crate) fn encode_blocks(
         &self,
-        sizes: &[u8],
-        settled: Option<&[[u8; 3]]>,
+        sizes: &Sizes<'_>,
+        chosen: &[u8],
+        price: f64,
         stage: &mut impl FnMut(&'static str),
     ) -> Result<(Image, Notes)> {
-        let cells = CellLists::with_sizes(&self.regions, BLOCK_LOG2, sizes);
-        encode_cells(self, cells, settled.map(<[_]>::to_vec), stage)
+        let blocks = BlockSizes { block_log2: BLOCK_LOG2, sizes: chosen };
+        let cut = self.cut(blocks, price, Some(&sizes.errors(chosen)), stage);
+        let parts = self.parts(cut.as_ref());
+        let cells = CellLists::with_sizes(parts.regions, BLOCK_LOG2, chosen);
+        let settled = Some(sizes.positions().to_vec());
+        encode_cells(self, parts, cells.owned_by(parts.owners), settled, stage)
+    }
+
+    /// Regions cut into pieces at corners, and their complex, where that pays.
+    fn cut(
+        &self,
+        blocks: BlockSizes<'_>,
+        price: f64,
+        errors: Option<&[f64]>,
+        stage: &mut impl FnMut(&'static str),
+    ) -> Option<(Cut, Dual)> {
+        // A layer parts every node of one region from every node of another: there would be no room.
+        if !self.options.hidden_nodes || !self.options.forbidden.is_empty() {
+            return None;
+        }
+        stage("looking for corners");
+        hidden::cut(self, blocks, price, errors)
+    }
+
+    fn parts<'b>(&'b self, cut: Option<&'b (Cut, Dual)>) -> Parts<'b> {
+        match cut {
+            None => self.whole(),
+            Some((cut, dual)) => Parts { regions: &cut.regions, owners: &cut.owners, dual },
+        }
     }
 
     pub(crate) fn regions(&self) -> &Regions<2> {
@@ -169,19 +218,58 @@ impl<'a> Prepared<'a> {
         &self.dual
     }
 
-    /// The model with nodes in their places, before it has texels.
-    pub(crate) fn assemble(&self, embedding: Embedding<3>) -> Image {
-        assemble(self.source, self.options, &self.regions, &self.dual, embedding)
+    /// What has nodes where none is hidden.
+    pub(crate) fn whole(&self) -> Parts<'_> {
+        Parts { regions: &self.regions, owners: &[], dual: &self.dual }
     }
+
+    /// The model with nodes in their places, before it has texels.
+    pub(crate) fn assemble(&self, parts: Parts<'_>, embedding: Embedding<3>) -> Image {
+        let Prepared { source, options, regions, .. } = self;
+        let dual = parts.dual;
+        let Embedding { gathered: Gathered { block_log2, lists, blocks }, positions, .. } =
+            embedding;
+        let blocks = blocks
+            .into_iter()
+            .map(|(texel_log2, cells)| match *lists.get(cells[0]) {
+                [node] if cells.iter().all(|&list| list == cells[0]) => Block::Solid(node),
+                _ => Block::Cells(Cells { texel_log2, lists: cells, texels: Vec::new() }),
+            })
+            .collect();
+        Image {
+            size: source.size(),
+            kernel: options.kernel,
+            gamma: options.gamma,
+            block_log2,
+            regions: regions.classes.iter().map(|&c| Region { color: source.color(c) }).collect(),
+            nodes: nodes(&positions, parts),
+            edges: dual.edges.clone(),
+            faces: dual.faces.clone(),
+            planes: Vec::new(),
+            lists,
+            blocks,
+        }
+    }
+}
+
+/// What has nodes: regions, or what is left of them and their pieces.
+#[derive(Clone, Copy)]
+pub(crate) struct Parts<'a> {
+    pub regions: &'a Regions<2>,
+    /// The region of each; none where each is one.
+    pub owners: &'a [RegionId],
+    pub dual: &'a Dual,
 }
 
 fn encode_cells(
     prepared: &Prepared,
+    parts: Parts<'_>,
     mut cells: CellLists<'_, 2>,
     mut settled: Option<Vec<[u8; 3]>>,
     stage: &mut impl FnMut(&'static str),
 ) -> Result<(Image, Notes)> {
-    let Prepared { source, options, regions, dual } = prepared;
+    let Prepared { source, options, regions: whole, .. } = prepared;
+    let Parts { regions, dual, .. } = parts;
     let mut notes = Notes::default();
     let mut fitted: Option<(Vec<[u8; 3]>, Image)> = None;
     let mut closings = CLOSINGS;
@@ -191,7 +279,7 @@ fn encode_cells(
         let positions = embedding.positions.clone();
         settled = Some(positions.clone());
         notes.violations_before = notes.violations_before.or(Some(embedding.violations_before));
-        let mut image = prepared.assemble(embedding);
+        let mut image = prepared.assemble(parts, embedding);
         fit::start(&mut image, regions);
         // Texels that were fitted to nodes where they are now only need to be where blocks changed.
         fitted.take_if(|fitted| fitted.0 != positions);
@@ -218,7 +306,7 @@ fn encode_cells(
         let mut lost = fit::rescue(&mut image, regions, true);
         if lost.is_empty() && options.gamma == Gamma::Planes {
             stage("fitting planes");
-            embed::fit_planes(&mut image, regions);
+            embed::fit_planes(&mut image, whole);
             fit::refit(&mut image, regions);
             stage("looking for what was lost");
             lost = fit::rescue(&mut image, regions, true);
@@ -235,7 +323,7 @@ fn encode_cells(
         }
         if !options.forbidden.is_empty() {
             stage("parting what must not meet");
-            let mut classes = regions.classes.clone();
+            let mut classes = whole.classes.clone();
             forbid_classes(&mut image, &mut classes, source, &options.forbidden)?;
         }
         return Ok((image, notes));
@@ -251,43 +339,16 @@ fn open_seams(image: &Image) -> Vec<[[u32; 2]; 2]> {
 }
 
 /// Regions' nodes, and each ghost in the middle of the nodes around it.
-fn nodes(positions: &[[u8; 3]], dual: &Dual) -> Vec<Node<3>> {
+fn nodes(positions: &[[u8; 3]], parts: Parts<'_>) -> Vec<Node<3>> {
     let ghost = |around: &Vec<u32>| {
         let sum =
             |e: usize| around.iter().map(|&n| usize::from(positions[n as usize][e])).sum::<usize>();
         let position = std::array::from_fn(|e| (sum(e) / around.len().max(1)) as u8);
         Node { position, region: None }
     };
-    let real = (0..).zip(positions).map(|(id, &position)| Node { position, region: Some(id) });
-    real.chain(dual.ghosts.iter().map(ghost)).collect()
-}
-
-fn assemble(
-    source: &Source<2>,
-    options: &EncodeOptions,
-    regions: &Regions<2>,
-    dual: &Dual,
-    embedding: Embedding<3>,
-) -> Image {
-    let Embedding { gathered: Gathered { block_log2, lists, blocks }, positions, .. } = embedding;
-    let blocks = blocks
-        .into_iter()
-        .map(|(texel_log2, cells)| match *lists.get(cells[0]) {
-            [node] if cells.iter().all(|&list| list == cells[0]) => Block::Solid(node),
-            _ => Block::Cells(Cells { texel_log2, lists: cells, texels: Vec::new() }),
-        })
-        .collect();
-    Image {
-        size: source.size(),
-        kernel: options.kernel,
-        gamma: options.gamma,
-        block_log2,
-        regions: regions.classes.iter().map(|&c| Region { color: source.color(c) }).collect(),
-        nodes: nodes(&positions, dual),
-        edges: dual.edges.clone(),
-        faces: dual.faces.clone(),
-        planes: Vec::new(),
-        lists,
-        blocks,
-    }
+    let real = (0..).zip(positions).map(|(id, &position)| {
+        let region = parts.owners.get(id as usize).copied().unwrap_or(id);
+        Node { position, region: Some(region) }
+    });
+    real.chain(parts.dual.ghosts.iter().map(ghost)).collect()
 }

@@ -11,8 +11,8 @@
 //!
 //! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera ← {container, raster,
 //! gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
-//! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, and `target` what
-//! they may cost. [`open`] joins them with the container.
+//! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
+//! get a node of their own, and `target` what bytes may cost. [`open`] joins them with the container.
 //!
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 
@@ -40,6 +40,8 @@ mod encode;
 pub mod fit;
 #[cfg(feature = "encode")]
 mod forbid;
+#[cfg(feature = "encode")]
+mod hidden;
 #[cfg(feature = "encode")]
 pub mod labels;
 #[cfg(feature = "encode")]

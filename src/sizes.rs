@@ -90,21 +90,32 @@ impl<'a> Sizes<'a> {
     /// What is wrong in all blocks together with the `sizes` chosen, in pixels of black for white, and
     /// the bytes of their scalars.
     pub(crate) fn sum(&self, sizes: &[u8]) -> (f64, f64) {
-        let looks = sizes.iter().enumerate().filter_map(|(block, &size)| {
+        let looks = self.chosen(sizes).flatten();
+        looks.fold((0.0, 0.0), |sum, look| (sum.0 + look.error, sum.1 + look.bytes))
+    }
+
+    /// What is wrong in each block with the `sizes` chosen, in pixels of black for white.
+    pub(crate) fn errors(&self, sizes: &[u8]) -> Vec<f64> {
+        let looks = self.chosen(sizes);
+        looks.map(|look| look.map_or(0.0, |look| look.error)).collect()
+    }
+
+    fn chosen(&self, sizes: &[u8]) -> impl Iterator<Item = Option<Look>> {
+        sizes.iter().enumerate().map(|(block, &size)| {
             let size = SIZES.iter().position(|&s| s == 1 << size)?;
             self.looks[size][block]
-        });
-        looks.fold((0.0, 0.0), |sum, look| (sum.0 + look.error, sum.1 + look.bytes))
+        })
     }
 
     /// Looks at one size in some blocks.
     fn look(&mut self, size: usize, due: &[bool]) {
         let texel_log2 = SIZES[size].trailing_zeros() as u8;
         let regions = self.prepared.regions();
-        let gathered = CellLists::of_some(regions, BLOCK_LOG2, texel_log2, due).gather();
+        let sizes: Vec<Option<u8>> = due.iter().map(|due| due.then_some(texel_log2)).collect();
+        let gathered = CellLists::of_some(regions, BLOCK_LOG2, &sizes).gather();
         let positions = self.positions.clone();
         let embedding = Embedding { gathered, positions, violations_before: 0 };
-        let mut image = self.prepared.assemble(embedding);
+        let mut image = self.prepared.assemble(self.prepared.whole(), embedding);
         fit::start(&mut image, regions);
         let errors = fit::estimate(&image, regions);
         for (block, error) in errors.into_iter().enumerate().filter(|&(block, _)| due[block]) {

@@ -171,9 +171,10 @@ impl<S: FnMut(&'static str)> Tries for Pictures<'_, S> {
     }
 
     fn attempt(&mut self, price: f64) -> Result<(Chosen, f64)> {
-        let sizes = self.sizes.choose(price.exp2(), &mut self.stage);
-        let settled = Some(self.sizes.positions());
-        let (image, notes) = self.prepared.encode_blocks(&sizes, settled, &mut self.stage)?;
+        let price = price.exp2();
+        let chosen = self.sizes.choose(price, &mut self.stage);
+        let Pictures { prepared, sizes, stage, .. } = self;
+        let (image, notes) = prepared.encode_blocks(sizes, &chosen, price, stage)?;
         Ok(match self.target {
             Target::Psnr(_) => {
                 let psnr = compare(&image, self.source)?.psnr;

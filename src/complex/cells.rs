@@ -24,6 +24,8 @@ const FINEST_OF_CROWDS: u8 = 1;
 /// The candidate lists of every cell of every block, each block with a texel size of its own.
 pub struct CellLists<'a, const D: usize> {
     regions: &'a Regions<D>,
+    /// The region of each piece, if `regions` are cut into pieces.
+    owners: &'a [RegionId],
     block_log2: u8,
     blocks: Vec<BlockLists>,
 }
@@ -71,31 +73,32 @@ impl<'a, const D: usize> CellLists<'a, D> {
             .enumerate()
             .map(|(block, &texel_log2)| list_block(regions, block_log2, block, texel_log2))
             .collect();
-        CellLists { regions, block_log2, blocks }
+        CellLists { regions, owners: &[], block_log2, blocks }
     }
 
-    /// Lists for cells of `2^texel_log2` pixels in some blocks, finer where one would be crowded; all
-    /// others are as if they were solid.
-    pub fn of_some(
-        regions: &'a Regions<D>,
-        block_log2: u8,
-        texel_log2: u8,
-        is_wanted: &[bool],
-    ) -> Self {
+    /// The same for some blocks, those that have a texel size; all others are as if they were solid.
+    pub fn of_some(regions: &'a Regions<D>, block_log2: u8, sizes: &[Option<u8>]) -> Self {
         let solid = || {
             let mut cells = Lists::default();
             cells.push(&[0]);
             BlockLists { texel_log2: block_log2, cells, left_out: 0 }
         };
-        let blocks = is_wanted
+        let blocks = sizes
             .par_iter()
             .enumerate()
-            .map(|(block, &is_wanted)| match is_wanted {
-                true => list_block(regions, block_log2, block, texel_log2),
-                false => solid(),
+            .map(|(block, size)| match *size {
+                Some(texel_log2) => list_block(regions, block_log2, block, texel_log2),
+                None => solid(),
             })
             .collect();
-        CellLists { regions, block_log2, blocks }
+        CellLists { regions, owners: &[], block_log2, blocks }
+    }
+
+    /// The same where some of `regions` are pieces of others: for each of them, which it is of. Where a
+    /// cell lists pieces of one region alone, nothing is to be told apart.
+    #[must_use]
+    pub fn owned_by(self, owners: &'a [RegionId]) -> Self {
+        CellLists { owners, ..self }
     }
 
     /// Halves the texel size of a block; `false` where it is a pixel already.
@@ -204,6 +207,17 @@ impl<'a, const D: usize> CellLists<'a, D> {
         self.blocks.iter().map(|block| block.left_out).sum()
     }
 
+    /// A list, or the region alone where all of it are pieces of one.
+    fn told_apart<'b>(&'b self, list: &'b [RegionId]) -> &'b [RegionId] {
+        let owner = |&piece: &RegionId| self.owners.get(piece as usize);
+        match list.first().and_then(owner) {
+            Some(first) if list.iter().all(|piece| owner(piece) == Some(first)) => {
+                std::slice::from_ref(first)
+            }
+            _ => list,
+        }
+    }
+
     /// Puts equal lists together.
     pub fn gather(&self) -> Gathered {
         let mut lists = Lists::default();
@@ -212,7 +226,10 @@ impl<'a, const D: usize> CellLists<'a, D> {
             .blocks
             .iter()
             .map(|block| {
-                let id = |list| *ids.entry(list).or_insert_with(|| lists.push(list));
+                let id = |list| {
+                    let list = self.told_apart(list);
+                    *ids.entry(list).or_insert_with(|| lists.push(list))
+                };
                 (block.texel_log2, block.cells.iter().map(id).collect())
             })
             .collect();
@@ -333,6 +350,20 @@ mod tests {
         let row: Vec<&[u32]> = blocks[0].1[..4].iter().map(|&l| lists.get(l)).collect();
         assert_eq!(row, [&[0][..], &[0, 1], &[0, 1], &[1]]);
         assert_eq!(lists.len(), 3);
+    }
+
+    #[test]
+    fn pieces_of_one_region_are_not_told_apart() {
+        // Two regions, and in the middle a piece of the second.
+        let labels: Vec<u32> = (0..64).map(|i| [0, 0, 2, 2, 2, 1, 1, 1][i % 8]).collect();
+        let regions = Regions { size: [8, 8], labels, classes: vec![0, 1, 1] };
+        let lists = |owners: &[u32]| {
+            let Gathered { lists, blocks, .. } =
+                CellLists::new(&regions, 3, 1).owned_by(owners).gather();
+            blocks[0].1[..4].iter().map(|&list| lists.get(list).to_vec()).collect::<Vec<_>>()
+        };
+        assert_eq!(lists(&[]), [&[0, 2][..], &[0, 2], &[1, 2], &[1]]);
+        assert_eq!(lists(&[0, 1, 1]), [&[0, 2][..], &[0, 2], &[1], &[1]]);
     }
 
     #[test]

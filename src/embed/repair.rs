@@ -28,7 +28,7 @@ pub struct Embedding<const E: usize> {
 
 /// Places nodes. Where the placing fails, nodes move again and blocks get finer cells, until nothing
 /// fails: where nothing else helps cells become single pixels, each with its own region. Where positions are `settled` for coarser cells, most hold for
-/// finer ones.
+/// finer ones; those of the last nodes may be missing.
 ///
 /// E is D + 1: the least in which nodes and edges need not meet by necessity (paper, section 5.1).
 pub fn place<const D: usize, const E: usize>(
@@ -40,12 +40,16 @@ pub fn place<const D: usize, const E: usize>(
     let finder = Finder::new(complex);
     let mut gathered = cells.gather();
     let mut constraints = Constraints::new(&gathered.lists, &finder);
-    let mut positions = settled.unwrap_or_else(|| {
-        let at = start(&cells.anchors(), 0);
-        let restless = vec![true; dual.regions];
+    let mut positions = settled.unwrap_or_default();
+    if positions.len() < dual.regions {
+        let mut at = start(&cells.anchors(), 0);
+        let mut restless = vec![true; dual.regions];
+        for ((at, restless), &known) in at.iter_mut().zip(&mut restless).zip(&positions) {
+            (*at, *restless) = (gamma::value(known), false);
+        }
         let unsettled = Unsettled { at, restless, hurry: true, ..Unsettled::default() };
-        settle(unsettled, &constraints, 0)
-    });
+        positions = settle(unsettled, &constraints, 0);
+    }
     let mut violations_before = None;
     for round in 1.. {
         let broken = broken_lists(&positions, &constraints);

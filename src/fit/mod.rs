@@ -3,11 +3,15 @@
 //! [`start`] takes averages; [`fit`] moves all texels at once to where pixels fall on their own sides
 //! of the planes between nodes (a convex problem), and then one at a time to where fewest pixels are
 //! wrong; [`rescue`] sees to it that no region is lost.
+//!
+//! Regions may be cut into pieces whose numbers, after those of the regions, are those of their own
+//! nodes. A pixel of one is right whichever node of its region wins.
 
 mod close;
 mod deepest;
 mod distance;
 mod init;
+mod labels;
 mod line;
 mod margin;
 mod problem;
@@ -154,6 +158,45 @@ pub fn estimate<const D: usize, const E: usize>(
         }
     }
     errors
+}
+
+/// How well texels are fitted where only what would be wrong is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Effort {
+    /// In a fraction of the time of [`fit`]; two or three times too much is wrong.
+    Quick,
+    /// As well as all texels at once can be: a little too much is wrong.
+    Full,
+}
+
+/// What would be wrong in a cell.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CellError<const D: usize> {
+    /// Its first pixel.
+    pub origin: [u32; D],
+    pub texel_log2: u8,
+    /// In pixels of black for white.
+    pub error: f64,
+}
+
+/// About what would be wrong after [`fit`] in each cell that is not solid, each for itself: no borders
+/// are closed. Texels are left as they are.
+pub(crate) fn estimate_cells<const D: usize, const E: usize>(
+    model: &Model<D, E>,
+    regions: &Regions<D>,
+    effort: Effort,
+) -> Vec<CellError<D>> {
+    let mut problem = Problem::without_borders(model, regions, LABEL_COST);
+    match effort {
+        Effort::Quick => margin::estimate_margins(&mut problem),
+        Effort::Full => margin::fit_margins(&mut problem),
+    }
+    let of_cell = |(cell, error): (&problem::Cell, i64)| CellError {
+        origin: grid::place(model.size, cell.origin),
+        texel_log2: cell.texel_log2,
+        error: error as f64 / 65536.0,
+    };
+    problem.cells.iter().zip(search::all_errors(&problem)).map(of_cell).collect()
 }
 
 /// The boundary scalars of a picture: what its free texels must be told. A texel that reaches cells of

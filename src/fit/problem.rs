@@ -1,6 +1,7 @@
 //! What is fitted: the cells that are not solid, the texels that reach into them, and the pixels that
 //! should come out.
 
+use super::labels::{are_one, own_node};
 use super::texels::Texels;
 use super::weights::{Weights, weights};
 use crate::grid;
@@ -248,8 +249,8 @@ impl<const E: usize> Problem<E> {
                 }
                 let region = regions.labels[grid::index(model.size, pixel)];
                 if region != last.0 {
-                    let is_its = |&node: &NodeId| model.nodes[node as usize].region == Some(region);
-                    let label = nodes.iter().position(is_its).map_or(NOBODY, |i| i as u8);
+                    let own = own_node(model, nodes, region);
+                    let label = own.map_or(NOBODY, |i| i as u8);
                     last = (region, label);
                     if label != NOBODY {
                         present |= 1 << label;
@@ -343,8 +344,13 @@ impl<const E: usize> Problem<E> {
                         let theirs: &[NodeId] =
                             if node == NodeId::MAX { model.lists.get(other_list) } else { &[node] };
                         let mut mask = 0;
-                        for (i, node) in nodes.iter().enumerate() {
-                            mask |= u16::from(theirs.binary_search(node).is_ok()) << i;
+                        // Where the other side is of one region, any node of that will do.
+                        let is_theirs = |node: NodeId| match theirs {
+                            [alone] => are_one(model, *alone, node),
+                            _ => theirs.binary_search(&node).is_ok(),
+                        };
+                        for (i, &node) in nodes.iter().enumerate() {
+                            mask |= u16::from(is_theirs(node)) << i;
                         }
                         last = (other_list, node, mask);
                     }

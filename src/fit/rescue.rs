@@ -2,6 +2,7 @@
 //! it is.
 
 use super::close_seams;
+use super::labels::own_region;
 use super::texels::{Texels, UNUSED};
 use crate::embed::Cut;
 use crate::gamma::{Value, dot};
@@ -96,10 +97,10 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
             .with_min_len(4096)
             .map(|pixel| decode(picture, &cuts, grid::place(picture.size, pixel)))
             .collect();
-        let mut seen = vec![0; regions.classes.len()];
+        let mut seen = vec![0; model.regions.len()];
         decoded.iter().for_each(|&region| seen[region as usize] += 1);
-        let mut pixels = vec![0; regions.classes.len()];
-        regions.labels.iter().for_each(|&region| pixels[region as usize] += 1);
+        let mut pixels = vec![0; model.regions.len()];
+        regions.labels.iter().for_each(|&label| pixels[own_region(model, label) as usize] += 1);
         let texels = Texels::of_fitted(model);
         let (copy_starts, copies) = copies(&texels);
         Rescuer {
@@ -162,8 +163,8 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
             let first = place.cell.map(|along| along << place.texel_log2);
             let within = std::array::from_fn(|axis| at[axis] - first[axis]);
             let within = grid::index([1 << place.texel_log2; D], within) as u32;
-            // As long as each region has one node, and that has the region's number.
-            keep.push((grid::index(self.model.size, first), within, region));
+            let Some(node) = winner(self.model, &self.cuts, at) else { continue };
+            keep.push((grid::index(self.model.size, first), within, node));
         }
         let texels = |block: &Block<E>| match block {
             Block::Cells(cells) => cells.texels.clone(),
@@ -187,7 +188,8 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         if !self.seen.contains(&0) {
             return lost;
         }
-        for (pixel, &region) in self.regions.labels.iter().enumerate() {
+        for (pixel, &label) in self.regions.labels.iter().enumerate() {
+            let region = own_region(self.model, label);
             if self.seen[region as usize] == 0 {
                 lost.entry(region).or_default().push(pixel);
             }
@@ -208,7 +210,7 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
                     let at: [u32; D] = std::array::from_fn(|axis| from[axis] + step[axis]);
                     grid::index(size, at)
                 })
-                .filter(|&pixel| self.regions.labels[pixel] == region)
+                .filter(|&pixel| own_region(self.model, self.regions.labels[pixel]) == region)
                 .collect();
             if pixels.is_empty() {
                 // It was seen only where it is not, and its pixels are elsewhere.
@@ -456,7 +458,18 @@ fn decode<const D: usize, const E: usize>(
     cuts: &[OnceLock<Cut<E>>],
     at: [u32; D],
 ) -> RegionId {
-    let node = match model.locate(&middle(at)) {
+    // Every list holds a node that can win.
+    let node = winner(model, cuts, at);
+    node.and_then(|node| model.nodes[node as usize].region).unwrap_or_default()
+}
+
+/// The node that wins there.
+fn winner<const D: usize, const E: usize>(
+    model: &Model<D, E>,
+    cuts: &[OnceLock<Cut<E>>],
+    at: [u32; D],
+) -> Option<NodeId> {
+    match model.locate(&middle(at)) {
         Located::Outside => None,
         Located::Solid(node) => Some(node),
         Located::Cell(cell) => {
@@ -465,7 +478,5 @@ fn decode<const D: usize, const E: usize>(
             let cut = cuts[list as usize].get_or_init(|| Cut::new(model, model.lists.get(list)));
             cut.winner(model.interpolate(&cell).0)
         }
-    };
-    // Every list holds a node that can win.
-    node.and_then(|node| model.nodes[node as usize].region).unwrap_or_default()
+    }
 }

@@ -13,6 +13,7 @@ mod fixtures;
 mod forbid;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod hidden;
 mod lossless;
 mod lost;
 mod planes;
