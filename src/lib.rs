@@ -12,7 +12,7 @@
 //! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera ← {container, raster,
 //! gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, and `target` what
-//! they may cost.
+//! they may cost. `entropy` knows nobody and serves `container`.
 //!
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 
