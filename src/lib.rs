@@ -12,7 +12,8 @@
 //! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera ← {container, raster,
 //! gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
-//! get a node of their own, and `target` what bytes may cost. [`open`] joins them with the container.
+//! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
+//! `container`, which [`open`] joins with the encoder.
 //!
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 

@@ -289,7 +289,7 @@ mod tests {
     #[test]
     fn curves_steps_and_junctions_are_no_corners() {
         let disc = drawn(|x, y| (x - 64.0).hypot(y - 64.0) < 45.0);
-        let wave = drawn(|x, y| y > 64.0 + 12.0 * (x / 14.0).sin());
+        let wave = drawn(|x, y| y > 64.0 + 12.0 * (x / 20.0).sin());
         let slope = drawn(|x, y| y > 30.0 + 0.3 * x);
         for (name, regions) in [("disc", &disc), ("wave", &wave), ("slope", &slope)] {
             assert_eq!(found(regions, 8), [], "{name}");

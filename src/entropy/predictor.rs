@@ -57,8 +57,12 @@ const TRUST: [i32; 17] =
 
 /// Weights are in 65536ths and stay below 8, so that a product fits 32 bits.
 const MAX_WEIGHT: i32 = (8 << 16) - 1;
-/// How fast weights follow, and those of the last mixing.
-const PACE: i32 = 10;
+/// How fast weights follow, in 16ths: at first, and by how much less in the end.
+const PACE: u32 = 192;
+const SLOWER: u32 = 128;
+/// Decisions after which they follow half that much slower.
+const HALF: u32 = 1 << 15;
+/// How fast the weights of the last mixing follow.
 const LAST_PACE: i32 = 2;
 
 /// One set of weights: rows to choose from.
@@ -83,6 +87,8 @@ pub struct Predictor {
     sets: Vec<Set>,
     /// Weights of the sets, a row for each row of the first set.
     last: Vec<i32>,
+    /// Decisions so far.
+    seen: u32,
     p: i32,
 }
 
@@ -116,6 +122,7 @@ impl Predictor {
                 .map(|rows| Set { weights: vec![weight; rows * inputs], row: 0, output: 0, p: 0 })
                 .collect(),
             last: vec![(1 << 16) / sets.len() as i32; rows * sets.len()],
+            seen: 0,
             p: 0,
         }
     }
@@ -183,10 +190,13 @@ impl Predictor {
         let n = self.inputs.len();
         let first = self.sets.first().map_or(0, |set| set.row) * self.sets.len();
         let error = target - self.p;
+        let pace = (PACE - self.seen / ((HALF + self.seen) / SLOWER)) as i32;
+        // Where it stops, the pace has long come to its end.
+        self.seen = (self.seen + 1).min(1 << 24);
         for (set, weight) in self.sets.iter_mut().zip(&mut self.last[first..]) {
             let step = (set.output * error * LAST_PACE / 1024 + 1024) >> 11;
             *weight = (*weight + step).clamp(-MAX_WEIGHT, MAX_WEIGHT);
-            let error = ((target - set.p) * PACE) >> 6;
+            let error = ((target - set.p) * pace) >> 10;
             let weights = &mut set.weights[set.row * n..(set.row + 1) * n];
             for (weight, &x) in weights.iter_mut().zip(&self.inputs) {
                 let step = (x * error + (1 << 13)) >> 14;

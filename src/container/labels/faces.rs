@@ -16,8 +16,9 @@ pub struct Faces {
 }
 
 impl Faces {
-    /// Bytes that this takes for every id, beside those for every pixel.
-    pub const BYTES_PER_ID: u64 = 24;
+    /// Bytes that this, with room to grow, and the numbers of faces take for every id, beside those for
+    /// every pixel.
+    pub const BYTES_PER_ID: u64 = 36;
 
     /// The faces between the cracks of a picture of fewer than 2³² pixels, or nothing where they would
     /// go by more than `most` ids.

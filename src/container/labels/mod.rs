@@ -30,8 +30,8 @@ use trace::Tracer;
 /// Sides stay below this, so that what is computed from places fits 32 bits.
 const MAX_SIDE: u32 = 1 << 28;
 /// Bytes that a picture takes while it is coded, for every pixel: 4 of the picture, one of cracks and
-/// a third of what is known of squares, 4 of corners that are pending at worst.
-const BYTES_PER_PIXEL: u64 = 10;
+/// a third of what is known of squares, 8 of room for corners that are pending, at worst.
+const BYTES_PER_PIXEL: u64 = 14;
 
 /// A picture of labels as bytes.
 #[cfg(feature = "encode")]

@@ -20,7 +20,7 @@ const NEARBY: usize = 4;
 const REACH: u32 = 48;
 /// Looks at rays that all faces together may have: with many faces, none looks far.
 const LOOKS: usize = 1 << 20;
-/// Directions in which they are looked for.
+/// Directions in which they are looked for: right, down, left and up first.
 const RAYS: [(i64, i64); 16] = [
     (2, 0),
     (0, 2),
@@ -74,10 +74,10 @@ impl<'a> Numbers<'a> {
                 return None;
             }
             let want = truth(faces.first(face));
-            let (touching, nearby) = numbers.around(face, reach);
+            let (outer, nearby) = numbers.around(face, reach);
             let far = |k: usize| nearby.get(k).map_or(15, |near: &(u32, u32)| digits(near.1));
             let large = digits(faces.size(face));
-            let outer = u64::from(touching.wrapping_add(1).min(255));
+            let outer = u64::from(outer.wrapping_add(1).min(255));
 
             let contexts = [
                 large,
@@ -137,7 +137,7 @@ impl<'a> Numbers<'a> {
         (used == count).then_some(numbers)
     }
 
-    /// The number of the face around a face, and the nearest others with their distance, nearest first.
+    /// The number of the face above a face, and the nearest that it does not touch with their distance, nearest first.
     fn around(&self, face: u32, reach: i64) -> (u32, Vec<(u32, u32)>) {
         let width = i64::from(self.size[0]);
         let at = i64::from(self.faces.first(face));
@@ -150,8 +150,18 @@ impl<'a> Numbers<'a> {
             }
             self.of[self.faces.face(self.faces.ids[(y * width + x) as usize]) as usize]
         };
+        let own = |x: i64, y: i64| {
+            inside(x, y) && self.faces.face(self.faces.ids[(y * width + x) as usize]) == face
+        };
         // A face has not the label of one that it touches.
-        let touching = [number(x, y - 1), number(x - 1, y)];
+        let touching = RAYS.first_chunk::<4>().map_or([UNKNOWN; 4], |sides| {
+            sides.map(|(dx, dy)| {
+                let steps = |n: i64| (x + n * dx / 2, y + n * dy / 2);
+                let beyond = (1..=reach).map(steps).find(|&(x, y)| !own(x, y));
+                beyond.map_or(UNKNOWN, |(x, y)| number(x, y))
+            })
+        });
+        let outer = touching[3];
         let mut nearby = Vec::with_capacity(NEARBY);
         for distance in 1..=reach {
             for (dx, dy) in RAYS {
@@ -164,11 +174,11 @@ impl<'a> Numbers<'a> {
                 }
                 nearby.push((near, distance as u32));
                 if nearby.len() == NEARBY {
-                    return (touching[0], nearby);
+                    return (outer, nearby);
                 }
             }
         }
-        (touching[0], nearby)
+        (outer, nearby)
     }
 
     /// By id, the number of the label.
