@@ -96,11 +96,14 @@ struct Found<W> {
 const PRICES: [f64; 2] = [-14.0, 14.0];
 /// Halvings of that.
 const HALVINGS: usize = 24;
-/// Things tried, at most, before the last resort, and once one is good enough; and the part of the
-/// amount wanted from which on it is near.
+/// Things tried, at most, before the last resort, and once one is good enough; and the parts of the
+/// amount wanted from which on it is near, and good enough.
 const TRIES: usize = 8;
 const GOOD_TRIES: usize = 4;
 const NEAR: f64 = 0.96;
+const GOOD: f64 = 0.5;
+/// Prices nearer to each other than this, as log₂, are one.
+const SAME: f64 = 0.01;
 /// How much less is aimed at each time that it comes out worse than expected again.
 const CAUTION: f64 = 0.8;
 
@@ -112,21 +115,32 @@ fn approach<T: Tries>(tries: &mut T, goal: Goal) -> Result<Found<T::What>> {
     let mut factor = 1.0;
     let mut aim = goal.most;
     let mut misses = 0;
+    // Prices at which it is reached, or likely to be, and at which it is not.
+    let [low, high] = PRICES;
+    let (mut sure, mut failed) = if goal.grows { (low, high) } else { (high, low) };
     for tried in 0..TRIES {
-        if tried >= GOOD_TRIES && best.as_ref().is_some_and(|best| best.reached) {
+        let is_good = |best: &Found<_>| best.reached && best.amount >= GOOD * goal.most;
+        if tried >= GOOD_TRIES && best.as_ref().is_some_and(is_good) {
             break;
         }
-        let [low, high] = PRICES;
-        // From where it is sure to be reached, towards where it is not.
-        let (mut good, mut bad) = if goal.grows { (low, high) } else { (high, low) };
+        let (mut good, mut bad) = (sure, failed);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (good + bad);
             let reached = factor * tries.expect(middle) <= aim;
             if reached { good = middle } else { bad = middle }
         }
+        if tried > 0 && (good - sure).abs() < SAME {
+            // What is expected leads no further: that much is known already.
+            good = 0.5 * (sure + failed);
+        }
         let expected = tries.expect(good);
         let (what, amount) = tries.attempt(good)?;
         let reached = amount <= goal.most;
+        if reached {
+            sure = good;
+        } else {
+            failed = good;
+        }
         let is_better = |best: &Found<T::What>| match (reached, best.reached) {
             (true, true) => amount > best.amount,
             (false, false) => amount < best.amount,

@@ -87,7 +87,7 @@ pub fn parse(bytes: &[u8], limits: &Limits) -> Result<(Header, Vec<Part>)> {
         let advice =
             if version < VERSION { "encode the picture again" } else { "take a newer one" };
         return Err(Error::Unsupported(format!(
-            "unsupported version: the file has {version} and this reader knows {VERSION}: {advice}"
+            "unsupported version {version}: this reader knows version {VERSION}: {advice}"
         )));
     }
     let [dimension, components, kernel, gamma, block_log2, payload] = reader.array()?;

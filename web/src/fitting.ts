@@ -2,10 +2,7 @@ import { type ErrorKind, ViewerError } from './errors.js';
 
 /** What the page and the worker say to each other. An error loses its class and its name on the way. */
 export type FittingJob = { id: number; bytes: Uint8Array };
-export type FittingResult = { id: number } & (
-  | { bytes: Uint8Array }
-  | { kind: ErrorKind; message: string }
-);
+export type FittingResult = { id: number } & ({ bytes: Uint8Array } | { kind: ErrorKind; message: string });
 
 interface Waiting {
   resolve: (bytes: Uint8Array) => void;
