@@ -77,6 +77,7 @@ impl<'a> Reader<'a> {
     }
 
     /// All that is left.
+    #[cfg(feature = "encode")]
     pub fn rest(&self) -> &'a [u8] {
         self.rest
     }
