@@ -11,7 +11,10 @@ impl Random {
     }
 }
 
-fn picture(size: [u32; 2], mut label: impl FnMut(i32, i32) -> u32) -> ([u32; 2], Vec<u32>) {
+/// Size and labels.
+type Picture = ([u32; 2], Vec<u32>);
+
+fn picture(size: [u32; 2], mut label: impl FnMut(i32, i32) -> u32) -> Picture {
     let rows = 0..size[1] as i32;
     let labels = rows.flat_map(|y| (0..size[0] as i32).map(move |x| (x, y)));
     (size, labels.map(|(x, y)| label(x, y)).collect())
@@ -22,7 +25,7 @@ fn disc(x: i32, y: i32, cx: i32, cy: i32, r: i32) -> bool {
 }
 
 /// Small pictures of every kind.
-fn pictures() -> Vec<(&'static str, ([u32; 2], Vec<u32>))> {
+fn pictures() -> Vec<(&'static str, Picture)> {
     let mut random = Random(1);
     let mut noise = |size: [u32; 2], n: u32| picture(size, |_, _| random.below(n));
     vec![
@@ -187,7 +190,7 @@ mod properties {
     use super::*;
     use proptest::prelude::*;
 
-    fn labels() -> impl Strategy<Value = ([u32; 2], Vec<u32>)> {
+    fn labels() -> impl Strategy<Value = Picture> {
         (1u32..20, 1u32..20, 1u32..6).prop_flat_map(|(w, h, n)| {
             prop::collection::vec(0..n, (w * h) as usize).prop_map(move |labels| ([w, h], labels))
         })
