@@ -298,7 +298,8 @@ fn encode_cells(
             None => fit::fit(&mut image, regions),
         }
         // Merged specks are not at the boundaries that their distances are about.
-        if let Some(distances) = source.distances().filter(|_| options.min_region <= 1) {
+        let distances = source.distances().filter(|_| options.min_region <= 1);
+        if let Some(distances) = distances {
             stage("fitting distances");
             fit::fit_distances(&mut image, regions, distances);
         }
@@ -308,6 +309,9 @@ fn encode_cells(
             stage("fitting planes");
             embed::fit_planes(&mut image, whole);
             fit::refit(&mut image, regions);
+            if let Some(distances) = distances {
+                fit::fit_distances(&mut image, regions, distances);
+            }
             stage("looking for what was lost");
             lost = fit::rescue(&mut image, regions, true);
         }

@@ -93,8 +93,9 @@ fn source_of(labels: Labels, limits: &Limits) -> Result<Source<2>> {
     }
 }
 
-/// A file that holds the source without loss. Of the options only those count that say what is to be
-/// fitted later: kernel and γ.
+/// A file that holds the source's classes without loss; its distances are left out, and all that is
+/// fully transparent is one class. Of the options only limits count, and what says what is to be fitted
+/// later: kernel and γ.
 ///
 /// # Errors
 /// As [`container::write_labels`].
@@ -119,6 +120,7 @@ pub fn encode_lossless(source: &Source<2>, options: &EncodeOptions) -> Result<Ve
         true => Palette::Colors(classes.iter().map(|&class| source.color(class)).collect()),
         false => Palette::Labels(classes),
     };
-    let EncodeOptions { kernel, gamma, .. } = *options;
-    container::write_labels(&Labels { size: source.size(), kernel, gamma, palette, labels })
+    let (size, kernel, gamma) = (source.size(), options.kernel, options.gamma);
+    let picture = Labels { size, kernel, gamma, palette, labels };
+    container::write_labels(&picture, &options.limits)
 }

@@ -118,9 +118,10 @@ fn approach<T: Tries>(tries: &mut T, goal: Goal) -> Result<Found<T::What>> {
     // Prices at which it is reached, or likely to be, and at which it is not.
     let [low, high] = PRICES;
     let (mut sure, mut failed) = if goal.grows { (low, high) } else { (high, low) };
-    for tried in 0..TRIES {
+    let mut known: Vec<f64> = Vec::new();
+    while known.len() < TRIES {
         let is_good = |best: &Found<_>| best.reached && best.amount >= GOOD * goal.most;
-        if tried >= GOOD_TRIES && best.as_ref().is_some_and(is_good) {
+        if known.len() >= GOOD_TRIES && best.as_ref().is_some_and(is_good) {
             break;
         }
         let (mut good, mut bad) = (sure, failed);
@@ -129,10 +130,15 @@ fn approach<T: Tries>(tries: &mut T, goal: Goal) -> Result<Found<T::What>> {
             let reached = factor * tries.expect(middle) <= aim;
             if reached { good = middle } else { bad = middle }
         }
-        if tried > 0 && (good - sure).abs() < SAME {
-            // What is expected leads no further: that much is known already.
+        let is_known = |price: f64| known.iter().any(|other| (other - price).abs() < SAME);
+        if is_known(good) {
+            // What is expected leads no further.
             good = 0.5 * (sure + failed);
+            if is_known(good) {
+                break;
+            }
         }
+        known.push(good);
         let expected = tries.expect(good);
         let (what, amount) = tries.attempt(good)?;
         let reached = amount <= goal.most;
@@ -250,5 +256,6 @@ mod tests {
         let mut law = Law { grows: true, tried: 0 };
         let found = approach(&mut law, Goal { most: 1e9, grows: true }).unwrap();
         assert!(found.reached && found.what > PRICES[1] - 1e-3);
+        assert_eq!(law.tried, 1, "once is enough");
     }
 }

@@ -112,7 +112,9 @@ impl Topology {
     }
 
     fn encoded(&self, forbidden: Option<[u32; 3]>) -> Result<Vec<u8>, Error> {
-        let options = EncodeOptions::default();
+        // Between the nodes of one region and those of another there would be no room for a layer.
+        let hidden_nodes = forbidden.is_none();
+        let options = EncodeOptions { hidden_nodes, ..EncodeOptions::default() };
         let (mut image, notes) = encode_with_notes(&self.source, &options, |_| ())?;
         if let Some([a, b, via]) = forbidden {
             forbid(&mut image, a, b, via)?;

@@ -68,7 +68,8 @@ pub fn parts(bytes: &[u8]) -> Result<Vec<Part>> {
 /// # Errors
 /// As [`read`](super::read), for the header and the directory.
 pub fn payload(bytes: &[u8]) -> Result<Payload> {
-    Ok(parse(bytes, &Limits::default())?.0.payload)
+    // Nothing is unpacked: that is for the reader to limit.
+    Ok(parse(bytes, &Limits { memory: u64::MAX, ..Limits::default() })?.0.payload)
 }
 
 /// Parses header and directory, and checks that the chunks fill the file.

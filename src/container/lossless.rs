@@ -64,8 +64,8 @@ const KNOWN: [([u8; 4], &str); 2] = [(*b"PALT", "palette"), (*b"LABL", "labels")
 ///
 /// # Errors
 /// [`Error::Usage`] where the labels are not one for each pixel or not of the palette, or there are
-/// none; [`Error::Limit`] for a picture beyond what the format can hold.
-pub fn write_labels(picture: &Labels) -> Result<Vec<u8>> {
+/// none; [`Error::Limit`] for a picture that a reader with the same limits would refuse.
+pub fn write_labels(picture: &Labels, limits: &Limits) -> Result<Vec<u8>> {
     let Labels { size, kernel, gamma, palette, labels } = picture;
     if labels.iter().any(|&label| label as usize >= palette.len()) {
         return Err(Error::Usage("a label is not in the palette: give one for each".into()));
@@ -79,7 +79,7 @@ pub fn write_labels(picture: &Labels) -> Result<Vec<u8>> {
         payload: Payload::Labels,
         size: [size[0], size[1], 1],
     };
-    let labels::Coded { bytes, order } = labels::encode(*size, labels)?;
+    let labels::Coded { bytes, order } = labels::encode(*size, labels, limits)?;
     let chunks = [pack_palette(&palette.at(&order)), bytes];
     let tags = KNOWN.map(|(tag, _)| tag);
     write::assemble(&header, &tags.into_iter().zip(chunks).collect::<Vec<_>>())
@@ -94,10 +94,13 @@ pub fn read_labels(bytes: &[u8], limits: &Limits) -> Result<Labels> {
     if header.payload != Payload::Labels {
         return Err(Error::Usage("the file holds texels, not labels: read those".into()));
     }
-    if (header.dimension, header.size[2]) != (2, 1) {
+    if (header.dimension, header.components, header.size[2]) != (2, 3, 1) {
         return Err(Error::Unsupported(
-            "the file does not hold an image: take a newer reader".into(),
+            "the file does not hold an image in RGB: take a newer reader".into(),
         ));
+    }
+    if !Image::BLOCK_LOG2.contains(&header.block_log2) {
+        return Err(Error::malformed("header", "a block size out of range"));
     }
     let size = [header.size[0], header.size[1]];
     let [palette, packed] = all(unpack(bytes, &parts, &KNOWN)?, &KNOWN)?;

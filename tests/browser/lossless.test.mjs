@@ -97,18 +97,28 @@ test('the encoder is fetched only for files without loss', async () => {
   await close();
 });
 
-test('a figure that goes while texels are fitted leaves nothing behind', async () => {
+test('a figure that goes while texels are fitted ends its worker, and the next one gets its own', async () => {
   const { page, uncaught, close } = await opened('gallery/emblem.istar', 'webgl2');
   await harness.event(page, 'load');
-  await page.evaluate(async (src) => {
+  // The first encoder never arrives: its worker is there until the figure goes.
+  let held = true;
+  await page.context().route('**/istar_encoder_bg.wasm', (route) => {
+    if (held) return new Promise(() => {});
+    return route.continue();
+  });
+  const started = page.waitForEvent('worker');
+  await page.evaluate((src) => {
     const figure = document.createElement('istar-viewer');
     figure.src = src;
     document.body.append(figure);
-    await new Promise((wait) => setTimeout(wait, 50));
-    figure.remove();
-    // One that takes its place is not kept waiting.
-    document.querySelector('istar-viewer').src = src;
+  }, `${base}crop.istar`);
+  const ended = (await started).waitForEvent('close');
+  await page.evaluate(() => document.querySelectorAll('istar-viewer')[1].remove());
+  await ended;
+  held = false;
+  await page.evaluate((src) => {
     window.seen = [];
+    document.querySelector('istar-viewer').src = src;
   }, `${base}crop.istar`);
   await harness.event(page, 'load');
   assert.deepEqual(uncaught, []);

@@ -165,7 +165,6 @@ fn a_quality_or_a_number_of_bytes_chooses_the_texel_sizes() {
     assert_eq!(folder.names(), ["crop.png"]);
 }
 
-/// A grey picture of 40×40 pixels: two halves, 50 and 200, with specks of one and of nine pixels.
 #[test]
 fn without_loss_every_pixel_comes_back_and_more_can_be_drawn() {
     let folder = Folder::new();
@@ -185,6 +184,10 @@ fn without_loss_every_pixel_comes_back_and_more_can_be_drawn() {
     // The same picture again, pixel by pixel, makes the same file.
     let again = folder.path("again.png");
     succeed(&["decode", istar, "-o", text(&again)]);
+    // Its own width is no other.
+    let same = folder.path("same.png");
+    succeed(&["decode", istar, "-o", text(&same), "--width", "256"]);
+    assert_eq!(std::fs::read(&same).unwrap(), std::fs::read(&again).unwrap());
     let other = folder.path("again.istar");
     succeed(&["encode", text(&again), "-o", text(&other), "--lossless"]);
     assert_eq!(std::fs::read(istar).unwrap(), std::fs::read(other).unwrap());
@@ -206,6 +209,7 @@ fn without_loss_every_pixel_comes_back_and_more_can_be_drawn() {
     }
 }
 
+/// A grey picture of 40×40 pixels: two halves, 50 and 200, with specks of one and of nine pixels.
 fn specks_png(folder: &Folder) -> PathBuf {
     let mut data: Vec<u8> = (0..1600).map(|i| if i % 40 < 20 { 50 } else { 200 }).collect();
     data[40 * 8 + 6] = 90;

@@ -79,6 +79,14 @@ fn another_magic_version_or_chunk_has_its_own_message() {
     assert!(matches!(with(32, b'X'), Error::Unsupported(_)), "a chunk one must know");
     assert!(matches!(with(32, b'x'), Error::Malformed { .. }), "regions are missing");
     assert!(with(13, 1).to_string().contains("planes: it is missing"), "γ");
+    let of_labels = |at: usize, value: u8| {
+        let mut bytes = sample_of_labels();
+        bytes[at] = value;
+        resign(&mut bytes);
+        read(&bytes).unwrap_err()
+    };
+    assert!(matches!(of_labels(11, 77), Error::Unsupported(_)), "components");
+    assert!(matches!(of_labels(14, 40), Error::Malformed { .. }), "block size");
     let mut bytes = sample_with_planes();
     bytes[13] = 0;
     resign(&mut bytes);

@@ -115,13 +115,18 @@ fn distances_put_boundaries_between_pixels() {
     let distances = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
     let distances = distances.map(|(x, y)| two_discs(middle(x), middle(y)).1 as f32).collect();
     let known = source.clone().with_distances(distances).unwrap();
-    for kernel in [Kernel::Quadratic, Kernel::Linear] {
+    let kinds = [
+        (Kernel::Quadratic, Gamma::Voronoi),
+        (Kernel::Linear, Gamma::Voronoi),
+        (Kernel::Quadratic, Gamma::Planes),
+    ];
+    for (kernel, gamma) in kinds {
         // How many of the places around a boundary are on its other side: the area between the true
         // and the decoded boundary.
         let wrong = |source: &istar::labels::Source<2>| {
             const SCALE: u32 = 16;
-            let image = fixtures::encoded(source, 4, kernel);
-            assert_eq!(raster::seams(&image), 0, "{}", kernel.name());
+            let image = fixtures::encoded_with(source, 4, kernel, gamma);
+            assert_eq!(raster::seams(&image), 0, "{} {}", kernel.name(), gamma.name());
             let places =
                 (0..size[1] * SCALE).flat_map(|j| (0..size[0] * SCALE).map(move |i| (i, j)));
             let is_wrong = |&(i, j): &(u32, u32)| {
@@ -134,6 +139,9 @@ fn distances_put_boundaries_between_pixels() {
             places.filter(is_wrong).count()
         };
         let (plain, better) = (wrong(&source), wrong(&known));
-        assert!(3 * better < plain, "{}: {plain} without distances, {better} with", kernel.name());
+        assert!(
+            3 * better < plain,
+            "{kernel:?} {gamma:?}: {plain} without distances, {better} with"
+        );
     }
 }

@@ -62,7 +62,7 @@ fn labels_that_do_not_fit_are_not_written() {
     let refused = |spoil: &dyn Fn(&mut Labels)| {
         let mut labels = sound.clone();
         spoil(&mut labels);
-        matches!(container::write_labels(&labels), Err(Error::Usage(_)))
+        matches!(container::write_labels(&labels, &limits()), Err(Error::Usage(_)))
     };
     assert!(refused(&|labels| labels.size = [0, 10]));
     assert!(refused(&|labels| _ = labels.labels.pop()));
@@ -75,4 +75,7 @@ fn more_pixels_than_memory_allows_are_refused_before_they_are_unpacked() {
     let bytes = file(&fixtures::discs());
     let tight = Limits { memory: 100_000, ..limits() };
     assert!(matches!(container::read_labels(&bytes, &tight), Err(Error::Limit(_))));
+    // Nor is a file written that would be.
+    let options = EncodeOptions { limits: tight, ..EncodeOptions::default() };
+    assert!(matches!(encode_lossless(&fixtures::discs(), &options), Err(Error::Limit(_))));
 }

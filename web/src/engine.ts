@@ -38,7 +38,8 @@ export async function dropRenderer(failed: Renderer): Promise<void> {
 
 /** A file without texels is given some first, by a worker, until the signal says that nobody waits for it. */
 export async function openPicture(bytes: Uint8Array, signal: AbortSignal): Promise<Picture> {
-  const [texels] = await Promise.all([holdsLabels(bytes) ? fitted(bytes, signal) : bytes, loadModule()]);
+  await loadModule();
+  const texels = holdsLabels(bytes) ? await fitted(bytes, signal) : bytes;
   try {
     return Picture.open(texels);
   } catch (cause) {

@@ -3,16 +3,15 @@ import init, { fitTexels } from '#encoder';
 import { ViewerError, viewerError } from './errors.js';
 import type { FittingJob, FittingResult } from './fitting.js';
 
-let module: Promise<unknown> | undefined;
-
-addEventListener('message', async ({ data: { id, bytes } }: MessageEvent<FittingJob>) => {
+addEventListener('message', async ({ data }: MessageEvent<FittingJob>) => {
   try {
-    module ??= load();
-    await module;
-    answer({ id, bytes: fitTexels(bytes) });
+    await load();
+    answer({ bytes: fitTexels(data) });
   } catch (cause) {
-    const { kind, message } = viewerError(cause, 'malformed');
-    answer({ id, kind, message });
+    // What stops the module itself is that memory ran out.
+    const step = cause instanceof WebAssembly.RuntimeError ? 'limit' : 'malformed';
+    const { kind, message } = viewerError(cause, step);
+    answer({ kind, message });
   }
 });
 

@@ -1,69 +1,64 @@
 import { type ErrorKind, ViewerError } from './errors.js';
 
-/** What the page and the worker say to each other. An error loses its class and its name on the way. */
-export type FittingJob = { id: number; bytes: Uint8Array };
-export type FittingResult = { id: number } & ({ bytes: Uint8Array } | { kind: ErrorKind; message: string });
-
-interface Waiting {
-  resolve: (bytes: Uint8Array) => void;
-  reject: (cause: unknown) => void;
-}
+/** What the worker is given, and what it says. An error loses its class and its name on the way. */
+export type FittingJob = Uint8Array;
+export type FittingResult = { bytes: Uint8Array } | { kind: ErrorKind; message: string };
 
 /** Where a file says what it carries, and what it says where that is labels: see SPEC.md. */
 const PAYLOAD = 15;
 const LABELS = 1;
 
-let worker: Worker | undefined;
-let jobs = 0;
-const waiting = new Map<number, Waiting>();
+let last: Promise<unknown> = Promise.resolve();
 
 /** Whether a file holds labels, to which texels have to be fitted before it is drawn. */
 export function holdsLabels(bytes: Uint8Array): boolean {
   return bytes[PAYLOAD] === LABELS;
 }
 
-/** The file with texels. All figures share one worker; it ends with the last that waits for it. */
-export async function fitted(bytes: Uint8Array, signal: AbortSignal): Promise<Uint8Array> {
-  const id = jobs++;
-  const leave = () => {
-    waiting.get(id)?.reject(new ViewerError('aborted', 'Loading was stopped.'));
-    waiting.delete(id);
-    if (waiting.size === 0) endWorker();
-  };
-  signal.addEventListener('abort', leave, { once: true });
+/**
+ * The file with texels. One at a time, however many figures ask: each keeps a processor busy. Each in a worker of its own, whose
+ * end gives back the memory that it took, also where it went wrong.
+ */
+export function fitted(bytes: Uint8Array, signal: AbortSignal): Promise<Uint8Array> {
+  const job = last.then(() => inWorker(bytes, signal));
+  last = job.catch(() => {});
+  return job;
+}
+
+async function inWorker(bytes: Uint8Array, signal: AbortSignal): Promise<Uint8Array> {
+  const stopped = new ViewerError('aborted', 'Loading was stopped.');
+  if (signal.aborted) throw stopped;
+  const worker = start();
+  const ending = new AbortController();
   try {
     return await new Promise((resolve, reject) => {
-      waiting.set(id, { resolve, reject });
-      worker ??= startWorker();
-      worker.postMessage({ id, bytes } satisfies FittingJob);
+      const until = { signal: ending.signal };
+      signal.addEventListener('abort', () => reject(stopped), until);
+      const answered = ({ data }: MessageEvent<FittingResult>) => {
+        if ('bytes' in data) resolve(data.bytes);
+        else reject(new ViewerError(data.kind, data.message));
+      };
+      const failed = (event: Event) => {
+        event.preventDefault();
+        reject(new ViewerError('unsupported', 'The encoder could not be started.', event));
+      };
+      worker.addEventListener('message', answered, until);
+      worker.addEventListener('error', failed, until);
+      worker.addEventListener('messageerror', failed, until);
+      worker.postMessage(bytes satisfies FittingJob);
     });
   } finally {
-    signal.removeEventListener('abort', leave);
+    ending.abort();
+    worker.terminate();
   }
 }
 
-function startWorker(): Worker {
-  // One static literal: bundlers find and copy the file by it.
-  const started = new Worker(new URL('./istar-fitter.js', import.meta.url), { type: 'module' });
-  started.addEventListener('message', ({ data }: MessageEvent<FittingResult>) => {
-    const job = waiting.get(data.id);
-    waiting.delete(data.id);
-    if ('bytes' in data) job?.resolve(data.bytes);
-    else job?.reject(new ViewerError(data.kind, data.message));
-    if (waiting.size === 0) endWorker();
-  });
-  started.addEventListener('error', (event) => {
-    event.preventDefault();
-    const cause = new ViewerError('unsupported', `The encoder could not be started. ${event.message ?? ''}`);
-    for (const job of waiting.values()) job.reject(cause);
-    waiting.clear();
-    endWorker();
-  });
-  return started;
-}
-
-/** What it took to fit is memory that only its end gives back. */
-function endWorker(): void {
-  worker?.terminate();
-  worker = undefined;
+function start(): Worker {
+  try {
+    // One static literal: bundlers find and copy the file by it.
+    return new Worker(new URL('./istar-fitter.js', import.meta.url), { type: 'module' });
+  } catch (cause) {
+    // A worker's script must be of the page's own origin.
+    throw new ViewerError('unsupported', 'The encoder must come from the same server as the page.', cause);
+  }
 }

@@ -37,11 +37,11 @@ enum What {
 
 pub fn run(args: &Args) -> Outcome {
     let output = files::Output::create(&args.output)?;
-    // Enlarged, smooth boundaries are wanted; at its own size, the pixels that it was made from.
-    let (image, _) = match args.width {
-        Some(_) => files::read_image(&args.input)?,
-        None => files::read_exact(&args.input)?,
-    };
+    // At its own size the pixels that it was made from are wanted; at others, smooth boundaries.
+    let (mut image, _) = files::read_exact(&args.input)?;
+    if args.width.is_some_and(|width| width != image.size[0]) {
+        image = files::read_image(&args.input)?.0;
+    }
     let width = args.width.unwrap_or(image.size[0]);
     let scale = f64::from(width) / f64::from(image.size[0]);
     let height = (f64::from(image.size[1]) * scale).round().max(1.0) as u32;

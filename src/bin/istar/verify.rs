@@ -49,5 +49,5 @@ fn reads_the_same_again(image: &Image, bytes: &[u8]) -> istar::Result<bool> {
         return Ok(&container::read(&container::write(image)?, &limits)? == image);
     }
     let labels = container::read_labels(bytes, &limits)?;
-    Ok(container::read_labels(&container::write_labels(&labels)?, &limits)? == labels)
+    Ok(container::read_labels(&container::write_labels(&labels, &limits)?, &limits)? == labels)
 }

@@ -18,8 +18,8 @@ pub const STEP_CONTEXTS: usize = 15;
 pub const STEP_ROWS: [usize; 4] = [32, 180, 60, 10 * CURVES];
 /// Contexts of a branch.
 pub const BRANCH_CONTEXTS: usize = 6;
-/// Rows of the mixer's sets that [`Branch::rows`] chooses from, each for every state of the corner.
-pub const BRANCH_ROWS: [usize; 2] = [1, 16];
+/// Rows of one of the mixer's sets that [`Branch::row`] chooses from.
+pub const BRANCH_ROWS: usize = 16;
 
 /// Where a chain has come to.
 pub struct Head<'a> {
@@ -187,7 +187,7 @@ impl Step {
 /// What is known before it is said whether a chain also branches at a corner.
 pub struct Branch {
     pub contexts: [u32; BRANCH_CONTEXTS],
-    pub rows: [usize; 2],
+    pub row: usize,
 }
 
 impl Branch {
@@ -201,6 +201,6 @@ impl Branch {
             number += 1;
             hash(context ^ number << 58)
         });
-        Branch { contexts, rows: [0, last(2) as usize] }
+        Branch { contexts, row: last(2) as usize }
     }
 }

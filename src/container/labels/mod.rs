@@ -47,11 +47,10 @@ pub struct Coded {
 ///
 /// # Errors
 /// [`Error::Usage`] where there are not as many labels as `size` says, or none; [`Error::Limit`] for
-/// a picture beyond what the coder can count.
+/// a picture that [`decode`] would refuse.
 #[cfg(feature = "encode")]
-pub fn encode(size: [u32; 2], labels: &[u32]) -> Result<Coded> {
-    let all = Limits { pixels: u64::MAX, regions: u32::MAX, memory: u64::MAX };
-    let pixels = check(size, &all)?;
+pub fn encode(size: [u32; 2], labels: &[u32], limits: &Limits) -> Result<Coded> {
+    let pixels = check(size, limits)?;
     if labels.len() as u64 != pixels {
         return Err(Error::Usage(format!(
             "there are {} labels for {pixels} pixels: give one for each",
@@ -59,7 +58,7 @@ pub fn encode(size: [u32; 2], labels: &[u32]) -> Result<Coded> {
         )));
     }
     let truth = Lattice::of(size, labels);
-    let faces = faces(size, &truth, &all)?;
+    let faces = faces(size, &truth, limits)?;
     // By label, its number.
     let mut numbered = rustc_hash::FxHashMap::default();
     let mut order = Vec::new();

@@ -51,7 +51,7 @@ impl<'a, C: Coder> Tracer<'a, C> {
     ) -> Self {
         let slots_log2 = Lattice::corners(size).ilog2().clamp(12, 16);
         let step_rows = STEP_ROWS.map(|rows| 2 * rows);
-        let branch_rows = [BRANCH_ROWS[0] * QUESTIONS * STATES, BRANCH_ROWS[1]];
+        let branch_rows = [QUESTIONS * STATES, BRANCH_ROWS];
         Tracer {
             coder,
             logistic,
@@ -67,7 +67,7 @@ impl<'a, C: Coder> Tracer<'a, C> {
             branch: Predictor::new(&Shape {
                 contexts: BRANCH_CONTEXTS,
                 experts: 0,
-                slots_log2: slots_log2.min(16),
+                slots_log2,
                 sets: &branch_rows,
                 weight: 6000,
             }),
@@ -202,7 +202,7 @@ impl<'a, C: Coder> Tracer<'a, C> {
                 let branch = branch.get_or_insert_with(|| Branch::new(&head));
                 let what = state * QUESTIONS + what;
                 let contexts = branch.contexts.map(|c| c.wrapping_add((what as u32) << 20));
-                let rows = [what, branch.rows[1]];
+                let rows = [what, branch.row];
                 self.branch.code(self.logistic, self.coder, truth, &contexts, &[], &rows)
             };
             let here = if present > 0 {
