@@ -29,9 +29,12 @@ export async function build() {
   gallery();
 }
 
+/** Rust puts the stack first: the lowest bytes are its far end, and no address is computed from there. */
+const SMALL = ['-Oz', '--converge', '--low-memory-unused'];
+
 /** target/web: the viewer's module, its glue and their types, from wasm-bindgen; dist/istar_bg.wasm: the same, smaller. */
 export function wasm() {
-  wasmModule({ name: 'istar', profile: 'wasm', features: 'gpu', optimize: ['-Oz', '--converge'] });
+  wasmModule({ name: 'istar', profile: 'wasm', features: 'gpu', optimize: SMALL });
 }
 
 /** The same for what fits texels to labels: a viewer fetches it for files that hold these. */
