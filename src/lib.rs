@@ -56,6 +56,8 @@ mod target;
 pub mod gpu;
 #[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod wasm;
+#[cfg(all(any(feature = "encode", feature = "gpu"), target_arch = "wasm32"))]
+mod wasm_error;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]
 mod wasm_fit;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]

@@ -8,7 +8,6 @@ use crate::labels::{Connectivity, Source, components};
 use crate::limits::Limits;
 use crate::model::{Block, Cells, Image, Lists, Node, Region, RegionId};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
 /// Reads a whole file, whatever its payload: to labels texels are fitted, each block with a size of its
 /// own.
@@ -100,27 +99,10 @@ fn source_of(labels: Labels, limits: &Limits) -> Result<Source<2>> {
 /// # Errors
 /// As [`container::write_labels`].
 pub fn encode_lossless(source: &Source<2>, options: &EncodeOptions) -> Result<Vec<u8>> {
-    // Labels in the order in which they appear.
-    let mut known: FxHashMap<u32, u32> = FxHashMap::default();
-    let mut classes = Vec::new();
-    let mut last = None;
-    let mut label_of = |class: u32| match last {
-        Some((same, label)) if same == class => label,
-        _ => {
-            let label = *known.entry(class).or_insert_with(|| {
-                classes.push(class);
-                classes.len() as u32 - 1
-            });
-            last = Some((class, label));
-            label
-        }
-    };
-    let labels = source.classes().iter().map(|&class| label_of(class)).collect();
-    let palette = match source.has_colors() {
+    let palette = |classes: &[u32]| match source.has_colors() {
         true => Palette::Colors(classes.iter().map(|&class| source.color(class)).collect()),
-        false => Palette::Labels(classes),
+        false => Palette::Labels(classes.to_vec()),
     };
-    let (size, kernel, gamma) = (source.size(), options.kernel, options.gamma);
-    let picture = Labels { size, kernel, gamma, palette, labels };
-    container::write_labels(&picture, &options.limits)
+    let EncodeOptions { kernel, gamma, limits, .. } = options;
+    container::write_labels(source.size(), source.classes(), palette, (*kernel, *gamma), limits)
 }

@@ -1,19 +1,12 @@
 //! The classes that the web viewer calls. Thin: what they do is in `camera`, `container`, `raster`
 //! and `gpu::browser`.
 
-use crate::error::Error;
 use crate::gpu::browser::{self, Choice};
 use crate::grid::Point;
 use crate::limits::Limits;
 use crate::model::Image;
+use crate::wasm_error::thrown;
 use wasm_bindgen::prelude::*;
-
-/// A JavaScript `Error` whose name is the error's kind.
-fn thrown(e: Error) -> JsValue {
-    let error = js_sys::Error::new(&e.to_string());
-    error.set_name(e.kind());
-    error.into()
-}
 
 /// An opened picture.
 #[wasm_bindgen]

@@ -1,7 +1,7 @@
 //! What the viewer asks of the encoder: texels for a file that holds labels.
 
-use crate::error::Error;
 use crate::limits::Limits;
+use crate::wasm_error::thrown;
 use crate::{container, open};
 use wasm_bindgen::prelude::*;
 
@@ -11,9 +11,5 @@ use wasm_bindgen::prelude::*;
 pub fn fit_texels(bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
     console_error_panic_hook::set_once();
     let fitted = open(bytes, &Limits::default()).and_then(|image| container::write(&image));
-    fitted.map_err(|error: Error| {
-        let thrown = js_sys::Error::new(&error.to_string());
-        thrown.set_name(error.kind());
-        thrown.into()
-    })
+    fitted.map_err(thrown)
 }

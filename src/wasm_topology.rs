@@ -8,14 +8,8 @@ use crate::forbid::forbid;
 use crate::grid;
 use crate::labels::{Connectivity, Regions, Source, components};
 use crate::limits::Limits;
+use crate::wasm_error::thrown;
 use wasm_bindgen::prelude::*;
-
-/// A JavaScript `Error` whose name is the error's kind.
-fn thrown(e: Error) -> JsValue {
-    let error = js_sys::Error::new(&e.to_string());
-    error.set_name(e.kind());
-    error.into()
-}
 
 /// The regions of a picture: who is next to whom, what lies in what, and the picture as a file.
 /// Lengths are in sides of pixels; a region that is not there has no neighbours and no holes.

@@ -22,8 +22,7 @@ pub struct Labels {
     pub gamma: Gamma,
     /// What labels stand for.
     pub palette: Palette,
-    /// The label of each pixel, x fastest: an index into the palette. A file keeps the picture, not the
-    /// order of the palette, and only what is used of it.
+    /// The label of each pixel, x fastest: an index into the palette.
     pub labels: Vec<u32>,
 }
 
@@ -44,43 +43,38 @@ impl Palette {
             Palette::Labels(labels) => labels.len(),
         }
     }
-
-    /// Those at some places, in that order.
-    fn at(&self, places: &[u32]) -> Palette {
-        match self {
-            Palette::Colors(all) => {
-                Palette::Colors(places.iter().map(|&i| all[i as usize]).collect())
-            }
-            Palette::Labels(all) => {
-                Palette::Labels(places.iter().map(|&i| all[i as usize]).collect())
-            }
-        }
-    }
 }
 
 const KNOWN: [([u8; 4], &str); 2] = [(*b"PALT", "palette"), (*b"LABL", "labels")];
 
-/// Writes a whole file.
+/// Writes a whole file: a label for each pixel, x fastest, and the palette of those labels that it is
+/// asked for, in that order. Kernel and γ are those that texels are to be fitted for.
 ///
 /// # Errors
-/// [`Error::Usage`] where the labels are not one for each pixel or not of the palette, or there are
-/// none; [`Error::Limit`] for a picture that a reader with the same limits would refuse.
-pub fn write_labels(picture: &Labels, limits: &Limits) -> Result<Vec<u8>> {
-    let Labels { size, kernel, gamma, palette, labels } = picture;
-    if labels.iter().any(|&label| label as usize >= palette.len()) {
-        return Err(Error::Usage("a label is not in the palette: give one for each".into()));
-    }
+/// [`Error::Usage`] where the labels are not one for each pixel, there are none, or the palette is not
+/// of as many; [`Error::Limit`] for a picture that a reader with the same limits would refuse.
+pub fn write_labels(
+    size: [u32; 2],
+    labels: &[u32],
+    palette: impl FnOnce(&[u32]) -> Palette,
+    (kernel, gamma): (Kernel, Gamma),
+    limits: &Limits,
+) -> Result<Vec<u8>> {
     let header = Header {
         dimension: 2,
         components: 3,
-        kernel: *kernel,
-        gamma: *gamma,
+        kernel,
+        gamma,
         block_log2: *Image::BLOCK_LOG2.end(),
         payload: Payload::Labels,
         size: [size[0], size[1], 1],
     };
-    let labels::Coded { bytes, order } = labels::encode(*size, labels, limits)?;
-    let chunks = [pack_palette(&palette.at(&order)), bytes];
+    let labels::Coded { bytes, order } = labels::encode(size, labels, limits)?;
+    let palette = palette(&order);
+    if palette.len() != order.len() {
+        return Err(Error::Usage("a label is not in the palette: give one for each".into()));
+    }
+    let chunks = [pack_palette(&palette), bytes];
     let tags = KNOWN.map(|(tag, _)| tag);
     write::assemble(&header, &tags.into_iter().zip(chunks).collect::<Vec<_>>())
 }

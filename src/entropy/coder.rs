@@ -79,13 +79,8 @@ impl Encoder {
 #[cfg(feature = "encode")]
 impl Coder for Encoder {
     fn code(&mut self, bit: bool, p: u32) -> bool {
-        let split = (self.range >> P_BITS) * p;
-        if bit {
-            self.range = split;
-        } else {
-            self.low += u64::from(split);
-            self.range -= split;
-        }
+        let split = split(self.range, p);
+        self.low += u64::from(narrow(&mut self.range, split, bit));
         while self.range < LOW_RANGE {
             self.range <<= 8;
             self.shift();
@@ -96,6 +91,18 @@ impl Coder for Encoder {
     fn exhausted(&self) -> bool {
         false
     }
+}
+
+/// The part of a range that stands for a yes: its lower end.
+fn split(range: u32, p: u32) -> u32 {
+    (range >> P_BITS) * p
+}
+
+/// Narrows a range to the part of a decision, and returns how much lies below that.
+fn narrow(range: &mut u32, split: u32, bit: bool) -> u32 {
+    let below = if bit { 0 } else { split };
+    *range = if bit { split } else { *range - split };
+    below
 }
 
 /// Bytes to decisions. Behind the end it reads zeros.
@@ -137,14 +144,9 @@ impl<'a> Decoder<'a> {
 
 impl Coder for Decoder<'_> {
     fn code(&mut self, _: bool, p: u32) -> bool {
-        let split = (self.range >> P_BITS) * p;
+        let split = split(self.range, p);
         let bit = self.code < split;
-        if bit {
-            self.range = split;
-        } else {
-            self.code -= split;
-            self.range -= split;
-        }
+        self.code -= narrow(&mut self.range, split, bit);
         while self.range < LOW_RANGE {
             self.range <<= 8;
             self.shift();

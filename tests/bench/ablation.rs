@@ -6,31 +6,29 @@
 //! refinement from the seconds.
 
 use crate::Rows;
-use crate::pictures::{GALLERY, gallery};
+use crate::pictures::gallery;
 use istar::fit::{self, Step};
 use istar::labels::{Connectivity, components};
 use istar::{EncodeOptions, Gamma, Image, Limits, compare, embed, raster};
 use std::time::Instant;
 
+pub use crate::pictures::names;
+
 pub const NAME: &str = "ablation";
 
 const TEXEL_SIZES: [u32; 2] = [8, 16];
 
-pub fn names() -> Vec<&'static str> {
-    GALLERY.to_vec()
-}
-
 /// Prints the table.
 pub fn print(rows: &Rows) -> bool {
-    let pictures = rows.pick(&GALLERY, |&name| name.into());
-    if pictures.is_empty() || rows.are_numbered() {
+    let pictures = rows.gallery();
+    if pictures.is_empty() {
         return true;
     }
     println!(
         "\n{NAME:<14} {:>5} {:<14} {:>8} {:>9} {:>7} {:>5} {:>7}",
         "texel", "step", "dB", "wrong", "seams", "lost", "s"
     );
-    for &name in pictures {
+    for name in pictures {
         let source = gallery(name);
         let regions = components(&source, Connectivity::default(), &Limits::default())
             .unwrap_or_else(|error| panic!("{name}: {error}"));

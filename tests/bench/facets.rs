@@ -5,12 +5,14 @@
 //! cell on average: a boundary that is not drawn towards borders has as many of them there as
 //! anywhere. Runs longer than two cells are edges of the picture itself and are not counted.
 
-use crate::pictures::{Drawing, GALLERY, gallery};
+use crate::pictures::{Drawing, gallery};
 use crate::{Rows, close_up};
 use istar::labels::Source;
 use istar::{EncodeOptions, Image, Kernel};
 use rayon::prelude::*;
 use std::ops::Range;
+
+pub use crate::pictures::names;
 
 pub const NAME: &str = "facets";
 
@@ -25,14 +27,10 @@ const BAND: u32 = 256;
 /// A boundary between two solid blocks runs along the border of these.
 const BLOCK: u32 = 64;
 
-pub fn names() -> Vec<&'static str> {
-    GALLERY.to_vec()
-}
-
 /// Prints the table. `false` where the default kernel has more facets than it may.
 pub fn print(rows: &Rows) -> bool {
-    let pictures = rows.pick(&GALLERY, |&name| name.into());
-    if pictures.is_empty() || rows.are_numbered() {
+    let pictures = rows.gallery();
+    if pictures.is_empty() {
         return true;
     }
     println!(
@@ -50,7 +48,7 @@ pub fn print(rows: &Rows) -> bool {
             found.facets(),
         );
     };
-    for &name in pictures {
+    for name in pictures {
         let source = gallery(name);
         for texel_size in TEXEL_SIZES {
             if let Some(size) = texel_size {

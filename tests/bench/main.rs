@@ -100,6 +100,14 @@ impl Rows {
         self.0.iter().any(|word| is_number(word))
     }
 
+    /// Those of the gallery's pictures that are wanted, in a table without numbers of regions.
+    fn gallery(&self) -> Vec<&'static str> {
+        if self.are_numbered() {
+            return Vec::new();
+        }
+        self.pick(&pictures::GALLERY, |&name| name.into()).into_iter().copied().collect()
+    }
+
     /// Those of `rows` that are wanted by name: all where no word is of this kind.
     fn pick<'a, T>(&self, rows: &'a [T], name: impl Fn(&T) -> String) -> Vec<&'a T> {
         let of_kind = |row: &T, word: &String| is_number(word) == is_number(&name(row));

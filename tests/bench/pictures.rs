@@ -10,6 +10,11 @@ use std::path::{Path, PathBuf};
 /// The pictures' names.
 pub const GALLERY: [&str; 2] = ["map", "emblem"];
 
+/// The words that choose rows of a table of them.
+pub fn names() -> Vec<&'static str> {
+    GALLERY.to_vec()
+}
+
 /// A file of the gallery.
 pub fn path(file: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("web/gallery").join(file)

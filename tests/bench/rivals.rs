@@ -5,10 +5,12 @@
 //! vtracer is no part of the project: `npm run bench -- rivals` installs it into `.tools`.
 
 use crate::Rows;
-use crate::pictures::{self, GALLERY};
+use crate::pictures;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+
+pub use crate::pictures::names;
 
 pub const NAME: &str = "rivals";
 
@@ -17,14 +19,10 @@ const TIMES: usize = 3;
 /// How often memory is looked at.
 const LOOK: Duration = Duration::from_millis(2);
 
-pub fn names() -> Vec<&'static str> {
-    GALLERY.to_vec()
-}
-
 /// Prints the table, where the rival is there.
 pub fn print(rows: &Rows) -> bool {
-    let pictures = rows.pick(&GALLERY, |&name| name.into());
-    if pictures.is_empty() || rows.are_numbered() {
+    let pictures = rows.gallery();
+    if pictures.is_empty() {
         return true;
     }
     let rival = Path::new(env!("CARGO_MANIFEST_DIR")).join(".tools/bin/vtracer");
@@ -45,7 +43,7 @@ pub fn print(rows: &Rows) -> bool {
         "time ratio"
     );
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    for &name in pictures {
+    for name in pictures {
         let picture = pictures::path(&format!("{name}.png"));
         let ours = folder.join(format!("{name}.istar"));
         let theirs = folder.join(format!("{name}.svg"));

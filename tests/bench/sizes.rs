@@ -1,9 +1,11 @@
 //! A texel size for each block, against one for all, at the same number of boundary scalars: decibels.
 
 use crate::Rows;
-use crate::pictures::{GALLERY, gallery};
+use crate::pictures::gallery;
 use istar::labels::Source;
 use istar::{EncodeOptions, Image, compare, fit, raster};
+
+pub use crate::pictures::names;
 
 pub const NAME: &str = "sizes";
 
@@ -14,14 +16,10 @@ const WANTED: [(&str, f64); 2] = [("emblem", 5.0), ("map", 1.0)];
 const PRICES: [f64; 2] = [-6.0, 10.0];
 const HALVINGS: usize = 9;
 
-pub fn names() -> Vec<&'static str> {
-    GALLERY.to_vec()
-}
-
 /// Prints the table. `false` where sizes of their own gain less than they should.
 pub fn print(rows: &Rows) -> bool {
-    let pictures = rows.pick(&GALLERY, |&name| name.into());
-    if pictures.is_empty() || rows.are_numbered() {
+    let pictures = rows.gallery();
+    if pictures.is_empty() {
         return true;
     }
     println!(
@@ -29,7 +27,7 @@ pub fn print(rows: &Rows) -> bool {
         "texel", "scalars", "dB", "wrong", "seams"
     );
     let mut sound = true;
-    for &name in pictures {
+    for name in pictures {
         let source = gallery(name);
         let options = EncodeOptions { texel_size: Some(UNIFORM), ..EncodeOptions::default() };
         let uniform = encoded(name, &source, &options);

@@ -1,7 +1,7 @@
 //! Files without loss: what comes back is what went in, and what is drawn is fitted to it.
 
 use crate::fixtures;
-use istar::container::{self, Labels, Palette, Payload};
+use istar::container::{self, Palette, Payload};
 use istar::labels::Source;
 use istar::{EncodeOptions, Error, Gamma, Kernel, Limits, compare, encode_lossless};
 
@@ -58,16 +58,22 @@ fn each_reader_says_what_it_cannot_read() {
 
 #[test]
 fn labels_that_do_not_fit_are_not_written() {
-    let sound = container::read_labels(&file(&fixtures::discs()), &limits()).unwrap();
-    let refused = |spoil: &dyn Fn(&mut Labels)| {
-        let mut labels = sound.clone();
-        spoil(&mut labels);
-        matches!(container::write_labels(&labels, &limits()), Err(Error::Usage(_)))
+    let write = |size, labels: &[u32], palette: &dyn Fn(&[u32]) -> Palette| {
+        let kind = (Kernel::Quadratic, Gamma::Voronoi);
+        container::write_labels(size, labels, palette, kind, &limits())
     };
-    assert!(refused(&|labels| labels.size = [0, 10]));
-    assert!(refused(&|labels| _ = labels.labels.pop()));
-    assert!(refused(&|labels| labels.palette = Palette::Labels(vec![1])));
-    assert!(!refused(&|labels| labels.palette = Palette::Colors(vec![[9; 4]; 4])));
+    let labels = [7, 7, 1 << 31, 7, 9, 9];
+    let all = |order: &[u32]| Palette::Labels(order.to_vec());
+    let read = container::read_labels(&write([3, 2], &labels, &all).unwrap(), &limits()).unwrap();
+    let Palette::Labels(names) = read.palette else { panic!("{:?}", read.palette) };
+    let names: Vec<u32> = read.labels.iter().map(|&label| names[label as usize]).collect();
+    assert_eq!(names, labels);
+    let one = |_: &[u32]| Palette::Colors(vec![[9; 4]]);
+    for refused in
+        [write([0, 2], &[], &all), write([3, 3], &labels, &all), write([3, 2], &labels, &one)]
+    {
+        assert!(matches!(refused, Err(Error::Usage(_))), "{refused:?}");
+    }
 }
 
 #[test]

@@ -12,15 +12,19 @@ pub fn read(path: &Path) -> Result<Vec<u8>, String> {
 
 /// Reads an `.istar` file to be drawn.
 pub fn read_image(path: &Path) -> Result<(Image, Vec<u8>), String> {
-    let bytes = read(path)?;
-    let image = istar::open(&bytes, &Limits::default()).map_err(|error| at(path, &error))?;
-    Ok((image, bytes))
+    read_by(istar::open, path)
 }
 
 /// Reads an `.istar` file to be taken at its own size: one without loss is just what it was made from.
 pub fn read_exact(path: &Path) -> Result<(Image, Vec<u8>), String> {
+    read_by(istar::open_exact, path)
+}
+
+type Open = fn(&[u8], &Limits) -> istar::Result<Image>;
+
+fn read_by(open: Open, path: &Path) -> Result<(Image, Vec<u8>), String> {
     let bytes = read(path)?;
-    let image = istar::open_exact(&bytes, &Limits::default()).map_err(|error| at(path, &error))?;
+    let image = open(&bytes, &Limits::default()).map_err(|error| at(path, &error))?;
     Ok((image, bytes))
 }
 

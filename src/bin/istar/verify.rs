@@ -48,6 +48,10 @@ fn reads_the_same_again(image: &Image, bytes: &[u8]) -> istar::Result<bool> {
     if container::payload(bytes)? == Payload::Texels {
         return Ok(&container::read(&container::write(image)?, &limits)? == image);
     }
-    let labels = container::read_labels(bytes, &limits)?;
-    Ok(container::read_labels(&container::write_labels(&labels, &limits)?, &limits)? == labels)
+    let read = container::read_labels(bytes, &limits)?;
+    // Labels are numbered as a file has them: so they are again.
+    let palette = |_: &[u32]| read.palette.clone();
+    let kind = (read.kernel, read.gamma);
+    let again = container::write_labels(read.size, &read.labels, palette, kind, &limits)?;
+    Ok(container::read_labels(&again, &limits)? == read)
 }
