@@ -1,6 +1,6 @@
 //! The whole way from a source to a model: the only place that knows every stage.
 
-use crate::complex::{CellLists, Cut, Dual, Gathered, dual, merge_specks};
+use crate::complex::{self, CellLists, Cut, Dual, Gathered, dual, merge_specks};
 use crate::container::Notes;
 use crate::embed::{self, Embedding};
 use crate::error::{Error, Result};
@@ -16,6 +16,7 @@ use crate::model::{Block, Cells, Image, Node, Region, RegionId};
 use crate::raster;
 use crate::sizes::Sizes;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// log₂ of the width of a block: as small as pays, since all of it has one texel size. It is wider
 /// only where texels are.
@@ -25,6 +26,10 @@ pub(crate) const BLOCK_LOG2: u8 = 5;
 /// log₂.
 const CLOSINGS: usize = 6;
 const FINEST_FOR_SEAMS: u8 = 1;
+
+/// Pixels nearer to their boundary than this may come out on either side, in pixels, where the source
+/// tells their distances: those are not exact.
+const LOOSE: f32 = 0.3;
 
 /// The texel sizes there are, the coarsest first.
 pub(crate) const TEXEL_SIZES: [u32; 6] = [64, 32, 16, 8, 4, 2];
@@ -125,6 +130,10 @@ pub(crate) struct Prepared<'a> {
     options: &'a EncodeOptions,
     regions: Regions<2>,
     dual: Dual,
+    /// How far pixels are from boundaries, in pixels, where that is known or steps tell.
+    distances: Cow<'a, [f32]>,
+    /// How far they are that may come out on either side.
+    loose: f32,
 }
 
 impl<'a> Prepared<'a> {
@@ -141,7 +150,12 @@ impl<'a> Prepared<'a> {
         }
         stage("finding what meets");
         let dual = dual(&regions);
-        Ok(Prepared { source, options, regions, dual })
+        // Merged specks are not at the boundaries that the source's distances are about.
+        let (distances, loose) = match source.distances().filter(|_| *min_region <= 1) {
+            Some(distances) => (Cow::Borrowed(distances), LOOSE),
+            None => (Cow::Owned(complex::distances(&regions)), 0.0),
+        };
+        Ok(Prepared { source, options, regions, dual, distances, loose })
     }
 
     /// The image with one of [`TEXEL_SIZES`], whatever the options say.
@@ -268,7 +282,7 @@ fn encode_cells(
     mut settled: Option<Vec<[u8; 3]>>,
     stage: &mut impl FnMut(&'static str),
 ) -> Result<(Image, Notes)> {
-    let Prepared { source, options, regions: whole, .. } = prepared;
+    let Prepared { source, options, regions: whole, distances, loose, .. } = prepared;
     let Parts { regions, dual, .. } = parts;
     let mut notes = Notes::default();
     let mut fitted: Option<(Vec<[u8; 3]>, Image)> = None;
@@ -297,21 +311,15 @@ fn encode_cells(
             Some((_, before)) => fit::resume(&mut image, before, regions),
             None => fit::fit(&mut image, regions),
         }
-        // Merged specks are not at the boundaries that their distances are about.
-        let distances = source.distances().filter(|_| options.min_region <= 1);
-        if let Some(distances) = distances {
-            stage("fitting distances");
-            fit::fit_distances(&mut image, regions, distances);
-        }
+        stage("fitting distances");
+        fit::fit_distances(&mut image, regions, distances, *loose);
         stage("looking for what was lost");
         let mut lost = fit::rescue(&mut image, regions, true);
         if lost.is_empty() && options.gamma == Gamma::Planes {
             stage("fitting planes");
             embed::fit_planes(&mut image, whole);
             fit::refit(&mut image, regions);
-            if let Some(distances) = distances {
-                fit::fit_distances(&mut image, regions, distances);
-            }
+            fit::fit_distances(&mut image, regions, distances, *loose);
             stage("looking for what was lost");
             lost = fit::rescue(&mut image, regions, true);
         }

@@ -14,6 +14,7 @@ mod pieces;
 mod primal;
 mod simplices;
 mod specks;
+mod steps;
 mod topology;
 
 pub use adjacency::Adjacency;
@@ -28,4 +29,5 @@ pub use nesting::{Loop, LoopId, Nesting};
 pub use pieces::{Cut, Piece, cut, pieces};
 pub use primal::{Chain, ChainId, Dart, Junction, JunctionId, Primal};
 pub use specks::merge_specks;
+pub use steps::distances;
 pub use topology::Topology;

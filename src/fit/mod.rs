@@ -18,6 +18,7 @@ mod problem;
 mod refine;
 mod rescue;
 mod search;
+mod settle;
 mod texels;
 mod weights;
 
@@ -89,17 +90,19 @@ pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &
     problem.texels.store(model);
 }
 
-/// After [`fit`], for a source that knows how far the middle of each pixel is from the boundary of its
-/// region, in pixels (NaN where it does not): boundaries come to lie where these distances say, between
-/// the pixels that labels alone tell apart.
+/// After [`fit`], where it is known how far the middle of each pixel is from the boundary of its region,
+/// in pixels (NaN where it is not): boundaries come to lie where these distances say, between the
+/// pixels that labels alone tell apart. Pixels nearer to their boundary than `loose` may come out on
+/// either side; no cell has more of the others wrong than before.
 pub fn fit_distances<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     regions: &Regions<D>,
     distances: &[f32],
+    loose: f32,
 ) {
     let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
-    distance::fit_distances(&mut problem, model.size, distances);
-    search::search(&mut problem);
+    let known = distance::Known::new(model, regions, distances);
+    settle::settle(&mut problem, &known, model.size, loose);
     close::close(&mut problem);
     problem.texels.store(model);
 }

@@ -1,6 +1,7 @@
 //! Pixels to regions.
 
 mod components;
+mod fringe;
 mod source;
 
 pub use components::{Connectivity, Regions, components};

@@ -5,7 +5,7 @@
 //! cell on average: a boundary that is not drawn towards borders has as many of them there as
 //! anywhere. Runs longer than two cells are edges of the picture itself and are not counted.
 
-use crate::pictures::{Drawing, gallery};
+use crate::pictures::{Drawing, Edges, gallery};
 use crate::{Rows, close_up};
 use istar::labels::Source;
 use istar::{EncodeOptions, Image, Kernel};
@@ -76,7 +76,7 @@ fn truth(name: &str, source: &Source<2>, texel_size: u32) -> (&'static str, Face
     let size = source.size().map(|along| along * SCALE);
     let cell = |_| Some(texel_size * SCALE);
     if name == "emblem" {
-        let drawing = Drawing::new();
+        let drawing = Drawing::new(Edges::Crisp);
         return ("drawing", Facets::find(size, 1, cell, |rows| drawing.rows(size[0], rows)));
     }
     // There is nothing finer than its own pixels. All their sides are straight runs: at some of the

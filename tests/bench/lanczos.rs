@@ -17,8 +17,9 @@ pub struct Lanczos {
     scale: u32,
     width: usize,
     height: usize,
-    /// For each pixel the number of its colour.
-    pixels: Vec<u8>,
+    by_shares: bool,
+    /// R, G, B, A of each pixel from the lowest byte on.
+    pixels: Vec<u32>,
     /// R, G, B, A from the lowest byte on, and what is filtered in its place: the first three of them,
     /// or 1 for a colour's own share. The nearest to filtered shares has the largest.
     palette: Vec<(u32, Channels)>,
@@ -27,26 +28,22 @@ pub struct Lanczos {
 }
 
 impl Lanczos {
-    /// `scale` is even.
-    pub fn new(source: &Source<2>, scale: u32, by_shares: bool) -> Self {
+    /// `scale` is even. `pixels` are colours, which may be mixtures of the source's unless shares are
+    /// filtered.
+    pub fn new(source: &Source<2>, pixels: Vec<u32>, scale: u32, by_shares: bool) -> Self {
         let mut colors: Vec<u32> = source.classes().to_vec();
         colors.sort_unstable();
         colors.dedup();
-        let number = |color: &u32| colors.binary_search(color).expect("one of them") as u8;
-        let pixels = source.classes().par_iter().map(number).collect();
         assert!(colors.len() <= CHANNELS, "a picture of few colours");
         let palette = colors.iter().enumerate().map(|(number, &color)| {
-            let bytes = color.to_le_bytes();
-            let channel = |c: usize| match by_shares {
-                true => f32::from(u8::from(c == number)),
-                false => bytes[..3].get(c).copied().map_or(0.0, f32::from),
-            };
-            (color, std::array::from_fn(channel))
+            let share = |c: usize| f32::from(u8::from(c == number));
+            (color, if by_shares { std::array::from_fn(share) } else { channels(color) })
         });
         Lanczos {
             scale,
             width: source.size()[0] as usize,
             height: source.size()[1] as usize,
+            by_shares,
             palette: palette.collect(),
             pixels,
             weights: (0..scale).map(|phase| weights(phase, scale)).collect(),
@@ -64,11 +61,11 @@ impl Lanczos {
         let (first, weights) = self.taps(y);
         // Down each column: the sum, and the colour where there is one only.
         let column = |x: usize| {
-            let colors: [u8; TAPS] = std::array::from_fn(|tap| {
+            let colors: [u32; TAPS] = std::array::from_fn(|tap| {
                 let y = (first + tap as i64).clamp(0, self.height as i64 - 1) as usize;
                 self.pixels[y * self.width + x]
             });
-            let sum = weighted(&weights, |tap| self.palette[colors[tap] as usize].1);
+            let sum = weighted(&weights, |tap| self.filtered(colors[tap]));
             (colors.iter().all(|&color| color == colors[0]).then_some(colors[0]), sum)
         };
         let columns: Vec<_> = (0..self.width).map(column).collect();
@@ -77,7 +74,9 @@ impl Lanczos {
             let at =
                 |tap: usize| columns[(first + tap as i64).clamp(0, self.width as i64 - 1) as usize];
             let color = match at(0).0 {
-                Some(color) if (1..TAPS).all(|tap| at(tap).0 == Some(color)) => color as usize,
+                Some(color) if (1..TAPS).all(|tap| at(tap).0 == Some(color)) => {
+                    self.nearest(self.filtered(color))
+                }
                 _ => self.nearest(weighted(&weights, |tap| at(tap).1)),
             };
             *pixel = self.palette[color].0;
@@ -92,6 +91,14 @@ impl Lanczos {
         (below + 1 - LOBES, self.weights[phase as usize])
     }
 
+    /// What is filtered of a pixel.
+    fn filtered(&self, color: u32) -> Channels {
+        match self.by_shares {
+            true => self.palette.iter().find(|known| known.0 == color).expect("one of them").1,
+            false => channels(color),
+        }
+    }
+
     fn nearest(&self, color: Channels) -> usize {
         let distance = |i: usize| -> f32 {
             (0..CHANNELS).map(|channel| (self.palette[i].1[channel] - color[channel]).powi(2)).sum()
@@ -99,6 +106,11 @@ impl Lanczos {
         let all = 0..self.palette.len();
         all.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).expect("some colours")
     }
+}
+
+fn channels(color: u32) -> Channels {
+    let bytes = color.to_le_bytes();
+    std::array::from_fn(|c| bytes[..3].get(c).copied().map_or(0.0, f32::from))
 }
 
 fn weighted(weights: &[f32; TAPS], color: impl Fn(usize) -> Channels) -> Channels {

@@ -31,12 +31,24 @@ pub fn gallery(name: &str) -> Source<2> {
     Source::from_colors(size, &colors, &Limits::default()).expect("a picture within the limits")
 }
 
-/// The emblem as a drawing. It asks for crisp edges: the middle of a pixel decides.
+/// The emblem as a drawing.
 pub struct Drawing(Tree);
 
+/// What pixels of a drawing show.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Edges {
+    /// As the drawing asks for: the middle of a pixel decides.
+    Crisp,
+    /// The mean over the pixel.
+    Antialiased,
+}
+
 impl Drawing {
-    pub fn new() -> Self {
+    pub fn new(edges: Edges) -> Self {
         let text = std::fs::read_to_string(path("emblem.svg")).expect("the gallery is there");
+        let (asked, rendering) = ("crispEdges", "geometricPrecision");
+        assert!(text.contains(asked), "the drawing asks for crisp edges");
+        let text = if edges == Edges::Crisp { text } else { text.replace(asked, rendering) };
         Drawing(Tree::from_str(&text, &Options::default()).expect("an SVG"))
     }
 
@@ -52,12 +64,9 @@ impl Drawing {
         pixels
     }
 
-    /// The whole drawing, `side` pixels wide.
-    pub fn picture(&self, side: u32) -> Source<2> {
-        let colors: Vec<[u8; 4]> =
-            self.rows(side, 0..side).into_iter().map(u32::to_le_bytes).collect();
-        Source::from_colors([side, side], &colors, &Limits::default())
-            .expect("a picture within the limits")
+    /// The whole drawing, `side` pixels wide: its straight colours, row by row.
+    pub fn colors(&self, side: u32) -> Vec<[u8; 4]> {
+        self.rows(side, 0..side).into_iter().map(u32::to_le_bytes).collect()
     }
 }
 

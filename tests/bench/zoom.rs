@@ -3,10 +3,10 @@
 
 use crate::boundary::{FARTHEST, Pair, REACH};
 use crate::lanczos::Lanczos;
-use crate::pictures::Drawing;
+use crate::pictures::{Drawing, Edges};
 use crate::{Rows, close_up};
 use istar::labels::Source;
-use istar::{EncodeOptions, Image};
+use istar::{EncodeOptions, Image, Limits};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -31,26 +31,52 @@ enum Way<'a> {
     Lanczos(Lanczos),
 }
 
-/// Prints the table. `false` where default options give more than half of the others' wrong pixels, or
-/// boundaries farther off than wanted.
+/// Prints the tables. `false` where default options give more than half of the others' wrong pixels, or
+/// boundaries farther off than wanted, from pixels that tell where within them a boundary lies.
 pub fn print(rows: &Rows) -> bool {
     if rows.pick(&[PICTURE], |&name| name.into()).is_empty() || rows.are_numbered() {
         return true;
     }
-    let drawing = Drawing::new();
-    let source = drawing.picture(SIDE);
+    println!(
+        "\n{NAME:<12} {:<15} {:>12} {:>9} {:>16} {:>8}",
+        "way", "wrong pixels", "of all", "boundary, mean", "p95"
+    );
+    let sound = [Edges::Crisp, Edges::Antialiased].map(enlarge);
+    if !sound[1] {
+        println!(
+            "zoom: more than half of the wrong pixels of other ways, or boundaries too far off"
+        );
+    }
+    sound[1]
+}
+
+/// Prints the rows for one kind of edges in the small picture.
+fn enlarge(edges: Edges) -> bool {
+    let truth = Drawing::new(Edges::Crisp);
+    let colors = Drawing::new(edges).colors(SIDE);
+    let limits = Limits::default();
+    let source = match edges {
+        Edges::Crisp => Source::from_colors([SIDE; 2], &colors, &limits),
+        Edges::Antialiased => Source::from_antialiased([SIDE; 2], &colors, &limits),
+    }
+    .expect("a picture within the limits");
     let images = [None, Some(4), Some(8), Some(16)].map(|texel_size| {
         let options = EncodeOptions { texel_size, ..EncodeOptions::default() };
         let image = istar::encode(&source, &options, |_| ());
         let name = texel_size.map_or("default".into(), |size: u32| size.to_string());
         (name, image.unwrap_or_else(|error| panic!("{PICTURE} cannot be encoded: {error}")))
     });
+    let pixels: Vec<u32> = colors.into_iter().map(u32::from_le_bytes).collect();
     let mut ways = vec![
         ("nearest".to_owned(), Way::Nearest),
-        ("lanczos".to_owned(), Way::Lanczos(Lanczos::new(&source, SCALE, false))),
-        ("lanczos, shares".to_owned(), Way::Lanczos(Lanczos::new(&source, SCALE, true))),
+        ("lanczos".to_owned(), Way::Lanczos(Lanczos::new(&source, pixels.clone(), SCALE, false))),
     ];
     let others = ways.len();
+    if edges == Edges::Crisp {
+        let by_shares = Lanczos::new(&source, pixels, SCALE, true);
+        ways.push(("lanczos, shares".to_owned(), Way::Lanczos(by_shares)));
+    }
+    let ours = ways.len();
     for (name, image) in &images {
         ways.push((format!("istar, {name}"), Way::Encoded(image)));
     }
@@ -60,34 +86,24 @@ pub fn print(rows: &Rows) -> bool {
         let band = start..start + BAND;
         // Boundaries are looked for a little beyond.
         let rows = start.saturating_sub(REACH as u32)..side.min(band.end + REACH as u32);
-        let truth = drawing.rows(side, rows.clone());
+        let truth = truth.rows(side, rows.clone());
         for ((_, way), errors) in ways.iter().zip(&mut errors) {
             errors.add(&way.rows(&source, rows.clone()), &truth, &rows, &band);
         }
     }
-    println!(
-        "\n{NAME:<14} {:<15} {:>12} {:>9} {:>16} {:>8}",
-        "way", "wrong pixels", "of all", "boundary, mean", "p95"
-    );
+    let name = if edges == Edges::Crisp { "crisp" } else { "antialiased" };
     for ((way, _), errors) in ways.iter().zip(&errors) {
         let share = 100.0 * errors.wrong as f64 / f64::from(side).powi(2);
         let (mean, p95) = errors.boundary();
         println!(
-            "{PICTURE:<14} {way:<15} {:>12} {share:>7.4} % {mean:>16.4} {p95:>8.4}",
+            "{name:<12} {way:<15} {:>12} {share:>7.4} % {mean:>16.4} {p95:>8.4}",
             errors.wrong
         );
     }
     let wrong = |way: usize| errors[way].wrong;
-    let ours = others;
     // Of the ways that programs offer.
-    let least = wrong(0).min(wrong(1));
-    let sound = 2 * wrong(ours) <= least && errors[ours].boundary().1 <= FARTHEST_WANTED;
-    if !sound {
-        println!(
-            "zoom: more than half of the wrong pixels of other ways, or boundaries too far off"
-        );
-    }
-    sound
+    let least = (0..others).map(wrong).min().expect("two of them");
+    2 * wrong(ours) <= least && errors[ours].boundary().1 <= FARTHEST_WANTED
 }
 
 impl Way<'_> {

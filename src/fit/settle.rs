@@ -1,0 +1,77 @@
+//! What was fitted to distances gives way where pixels come out wrong by it, or seams open.
+
+use super::distance::{Known, fit_distances};
+use super::problem::{NOBODY, Problem};
+use super::search::{all_errors, search_in};
+use crate::grid;
+
+/// Times that distances are fitted, each from where the last came to rest.
+const ROUNDS: usize = 2;
+/// A texel that must give way keeps half of its move, and none when less than this of it is left.
+const LEAST: f32 = 0.3;
+
+/// Fits distances as far as no cell has more errors than before. The labels of pixels nearer to their
+/// boundary than `loose`, in pixels, do not count: they may come out on either side.
+pub(super) fn settle<const D: usize, const E: usize>(
+    problem: &mut Problem<E>,
+    known: &Known<'_, D>,
+    size: [u32; D],
+    loose: f32,
+) {
+    forget(problem, known, size, loose);
+    for _ in 0..ROUNDS {
+        let before = problem.texels.values.clone();
+        let errors = all_errors(problem);
+        fit_distances(problem, known);
+        // No texel is due: they become whole bytes.
+        search_in(problem, |_, _| false);
+        retreat(problem, &before, &errors);
+    }
+}
+
+/// Labels of pixels near to their boundary no longer count.
+fn forget<const D: usize, const E: usize>(
+    problem: &mut Problem<E>,
+    known: &Known<'_, D>,
+    size: [u32; D],
+    loose: f32,
+) {
+    for cell in 0..problem.cells.len() {
+        let info = &problem.cells[cell];
+        let (first, texel_log2, start) =
+            (grid::place(size, info.origin), info.texel_log2, info.pixels);
+        for (pixel, within) in grid::places([1u32 << texel_log2; D]).enumerate() {
+            let label = &mut problem.labels[start + pixel];
+            let at = std::array::from_fn(|axis| first[axis] + within[axis]);
+            if *label != NOBODY && known.distance(grid::index(size, at)) < loose {
+                *label = NOBODY;
+            }
+        }
+    }
+}
+
+/// Takes texels back towards where they were, until no cell has more errors than it had.
+fn retreat<const E: usize>(problem: &mut Problem<E>, before: &[[f32; E]], errors: &[i64]) {
+    let wanted = problem.texels.values.clone();
+    let mut kept = vec![1.0f32; wanted.len()];
+    loop {
+        let now = all_errors(problem);
+        let worse = (0..now.len()).filter(|&cell| now[cell] > errors[cell]);
+        let taps = worse.flat_map(|cell| problem.taps(cell).iter());
+        let mut due: Vec<u32> =
+            taps.flat_map(|&tap| problem.texels.free(tap)).map(|(texel, _)| texel).collect();
+        due.sort_unstable();
+        due.dedup();
+        due.retain(|&texel| kept[texel as usize] > 0.0);
+        if due.is_empty() {
+            return;
+        }
+        for texel in due {
+            let (from, to) = (before[texel as usize], wanted[texel as usize]);
+            let kept = &mut kept[texel as usize];
+            *kept = if *kept > LEAST { 0.5 * *kept } else { 0.0 };
+            let between = |e: usize| (from[e] + *kept * (to[e] - from[e]) + 0.5).floor();
+            problem.texels.set(texel, std::array::from_fn(between));
+        }
+    }
+}
