@@ -95,7 +95,7 @@ struct Found<W> {
 /// log₂ of the lowest and the highest price.
 const PRICES: [f64; 2] = [-14.0, 14.0];
 /// Halvings of that.
-const HALVINGS: usize = 24;
+const HALVINGS: usize = 16;
 /// Things tried, at most, before the last resort, and once one is good enough; and the parts of the
 /// amount wanted from which on it is near, and good enough.
 const TRIES: usize = 8;

@@ -38,9 +38,11 @@ use texels::{Texels, UNUSED};
 const LABEL_COST: f64 = 0.05;
 
 /// A region of so many pixels in a block, more than this part of which are wrong, is broken there: a
-/// stroke in pieces, say. Then all that are wrong count like black for white, faint as they may be.
+/// stroke in pieces, say. Then each that is wrong costs more by this part of black for white, faint as
+/// it may be.
 const STROKE: u32 = 16;
 const BROKEN: f64 = 0.25;
+const BROKEN_COST: f64 = 0.1;
 
 /// Fits the texels of a model, starting from what they are. Texels that blocks share stay equal;
 /// candidate lists, nodes and planes stay as they are.
@@ -157,7 +159,7 @@ pub fn estimate<const D: usize, const E: usize>(
     }
     for ((block, _), [pixels, wrong]) in of_nodes {
         if pixels >= STROKE && f64::from(wrong) > BROKEN * f64::from(pixels) {
-            errors[block] += f64::from(wrong);
+            errors[block] += BROKEN_COST * f64::from(wrong);
         }
     }
     errors
@@ -191,7 +193,7 @@ pub(crate) fn estimate_cells<const D: usize, const E: usize>(
 ) -> Vec<CellError<D>> {
     let mut problem = Problem::without_borders(model, regions, LABEL_COST);
     match effort {
-        Effort::Quick => margin::estimate_margins(&mut problem),
+        Effort::Quick => margin::glance_at_margins(&mut problem),
         Effort::Full => margin::fit_margins(&mut problem),
     }
     let of_cell = |(cell, error): (&problem::Cell, i64)| CellError {

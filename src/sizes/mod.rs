@@ -1,6 +1,9 @@
-//! Which texel size each block gets: the one whose error, and the price of its bytes, are least
+//! Which texel size each block gets: the sizes whose errors, and the price of their bytes, are least
 //! together. What is wrong with a size is found by a quick fit, the coarsest first; finer ones are
-//! looked at only where they could pay.
+//! looked at only where they could pay. Blocks choose each for itself at first, and then beside their
+//! neighbours.
+
+mod beside;
 
 use crate::complex::CellLists;
 use crate::embed::{self, Embedding};
@@ -8,6 +11,7 @@ use crate::encode::{BLOCK_LOG2, Prepared};
 use crate::fit;
 use crate::grid;
 use crate::model::{Block, Image};
+use beside::{Field, Look, Share};
 
 /// The texel sizes that a block may have, the coarsest first: no more than its own width.
 const SIZES: [u32; 5] = [32, 16, 8, 4, 2];
@@ -21,14 +25,6 @@ pub(crate) const BYTES_A_SCALAR: f64 = 0.375;
 /// No finer size has fewer bytes than this, as a part of what a size has: what is wrong must be worth
 /// the difference, or finer ones are not looked at.
 const LEAST_GROWTH: f64 = 1.5;
-
-/// What a block has with one texel size.
-#[derive(Debug, Clone, Copy)]
-struct Look {
-    /// In pixels of black for white.
-    error: f64,
-    bytes: f64,
-}
 
 /// What blocks have with each texel size that was looked at.
 pub(crate) struct Sizes<'a> {
@@ -59,12 +55,13 @@ impl<'a> Sizes<'a> {
     /// white, to be spent.
     pub(crate) fn choose(&mut self, price: f64, stage: &mut impl FnMut(&'static str)) -> Vec<u8> {
         stage("choosing texel sizes");
+        let price = price * BYTES_A_SCALAR;
         for size in 0..SIZES.len() {
             let is_due = |block: usize| {
                 let could_pay = match size.checked_sub(1) {
                     None => true,
                     Some(coarser) => self.looks[coarser][block].is_some_and(|look| {
-                        look.error > price * (LEAST_GROWTH - 1.0) * look.bytes && look.bytes > 0.0
+                        look.error > price * (LEAST_GROWTH - 1.0) * look.alone() && !look.is_solid()
                     }),
                 };
                 could_pay && self.looks[size][block].is_none()
@@ -74,37 +71,43 @@ impl<'a> Sizes<'a> {
                 self.look(size, &due);
             }
         }
-        (0..self.looks[0].len())
+        let mut chosen: Vec<usize> = (0..self.looks[0].len())
             .map(|block| {
                 let cost = |size: &usize| {
                     let look = self.looks[*size][block]?;
-                    Some((look.error + price * look.bytes, *size))
+                    Some((look.error + price * look.alone(), *size))
                 };
                 let costs = (0..SIZES.len()).filter_map(|size| cost(&size));
-                let best = costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |best| best.1);
-                SIZES[best].trailing_zeros() as u8
+                costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |best| best.1)
             })
-            .collect()
+            .collect();
+        self.field().settle(&mut chosen, price);
+        chosen.into_iter().map(|size| SIZES[size].trailing_zeros() as u8).collect()
     }
 
     /// What is wrong in all blocks together with the `sizes` chosen, in pixels of black for white, and
     /// the bytes of their scalars.
     pub(crate) fn sum(&self, sizes: &[u8]) -> (f64, f64) {
-        let looks = self.chosen(sizes).flatten();
-        looks.fold((0.0, 0.0), |sum, look| (sum.0 + look.error, sum.1 + look.bytes))
+        self.shares(sizes).into_iter().fold((0.0, 0.0), |(error, bytes), share| {
+            (error + share.error, bytes + BYTES_A_SCALAR * share.scalars)
+        })
     }
 
     /// What is wrong in each block with the `sizes` chosen, in pixels of black for white.
     pub(crate) fn errors(&self, sizes: &[u8]) -> Vec<f64> {
-        let looks = self.chosen(sizes);
-        looks.map(|look| look.map_or(0.0, |look| look.error)).collect()
+        self.shares(sizes).into_iter().map(|share| share.error).collect()
     }
 
-    fn chosen(&self, sizes: &[u8]) -> impl Iterator<Item = Option<Look>> {
-        sizes.iter().enumerate().map(|(block, &size)| {
-            let size = SIZES.iter().position(|&s| s == 1 << size)?;
-            self.looks[size][block]
-        })
+    fn shares(&self, sizes: &[u8]) -> Vec<Share> {
+        let place = |&size: &u8| SIZES.iter().position(|&s| s == 1 << size).unwrap_or(0);
+        let sizes: Vec<usize> = sizes.iter().map(place).collect();
+        let field = self.field();
+        (0..sizes.len()).map(|block| field.share(block, &sizes)).collect()
+    }
+
+    fn field(&self) -> Field<'_> {
+        let block_grid = grid::pieces(self.prepared.regions().size, BLOCK_LOG2);
+        Field { block_grid, looks: &self.looks }
     }
 
     /// Looks at one size in some blocks.
@@ -119,22 +122,20 @@ impl<'a> Sizes<'a> {
         fit::start(&mut image, regions);
         let errors = fit::estimate(&image, regions);
         for (block, error) in errors.into_iter().enumerate().filter(|&(block, _)| due[block]) {
-            let bytes = BYTES_A_SCALAR * scalars(&image, block) as f64;
-            self.looks[size][block] = Some(Look { error, bytes });
+            self.looks[size][block] = Some(look(&image, block, error));
         }
     }
 }
 
-/// The boundary scalars of a block's own texels, its ring not counted: as many as its cells' nodes
-/// span dimensions.
-fn scalars(image: &Image, block: usize) -> usize {
-    let Block::Cells(cells) = &image.blocks[block] else { return 0 };
-    let own = image.cell_grid(cells.texel_log2);
-    let texel_grid = image.texel_grid(cells.texel_log2);
-    // The quadratic kernel's first texels belong to the ring.
-    let first = image.kernel.taps() as u32 - 2;
-    let of_each = fit::scalars_of_texels(image, cells);
-    grid::places(own)
-        .map(|at| usize::from(of_each[grid::index(texel_grid, at.map(|along| along + first))]))
-        .sum()
+/// What a block has with the texels that it has in `image`.
+fn look(image: &Image, block: usize, error: f64) -> Look {
+    // The quadratic kernel's texels on both sides of a border reach across it.
+    let beside = image.kernel.taps() as u32 - 1;
+    match &image.blocks[block] {
+        Block::Cells(cells) => {
+            let of_each = fit::scalars_of_texels(image, cells);
+            Look::new(error, image.texel_grid(cells.texel_log2), beside, &of_each)
+        }
+        Block::Solid(_) => Look::new(error, [0; 2], beside, &[]),
+    }
 }
