@@ -4,7 +4,7 @@ use crate::complex::{self, CellLists, Cut, Dual, Gathered, dual, merge_specks};
 use crate::container::Notes;
 use crate::embed::{self, Embedding};
 use crate::error::{Error, Result};
-use crate::fit;
+use crate::fit::{self, Distances};
 use crate::forbid::{Forbidden, forbid_classes};
 use crate::gamma::Gamma;
 use crate::grid;
@@ -16,7 +16,6 @@ use crate::model::{Block, Cells, Image, Node, Region, RegionId};
 use crate::raster;
 use crate::sizes::Sizes;
 use rayon::prelude::*;
-use std::borrow::Cow;
 
 /// log₂ of the width of a block: as small as pays, since all of it has one texel size. It is wider
 /// only where texels are.
@@ -26,10 +25,6 @@ pub(crate) const BLOCK_LOG2: u8 = 5;
 /// log₂.
 const CLOSINGS: usize = 6;
 const FINEST_FOR_SEAMS: u8 = 1;
-
-/// Pixels nearer to their boundary than this may come out on either side, in pixels, where the source
-/// tells their distances: those are not exact.
-const LOOSE: f32 = 0.3;
 
 /// The texel sizes there are, the coarsest first.
 pub(crate) const TEXEL_SIZES: [u32; 6] = [64, 32, 16, 8, 4, 2];
@@ -130,10 +125,8 @@ pub(crate) struct Prepared<'a> {
     options: &'a EncodeOptions,
     regions: Regions<2>,
     dual: Dual,
-    /// How far pixels are from boundaries, in pixels, where that is known or steps tell.
-    distances: Cow<'a, [f32]>,
-    /// How far they are that may come out on either side.
-    loose: f32,
+    /// What steps say of how far pixels are from boundaries, where the source says nothing.
+    guessed: Option<Vec<f32>>,
 }
 
 impl<'a> Prepared<'a> {
@@ -151,11 +144,9 @@ impl<'a> Prepared<'a> {
         stage("finding what meets");
         let dual = dual(&regions);
         // Merged specks are not at the boundaries that the source's distances are about.
-        let (distances, loose) = match source.distances().filter(|_| *min_region <= 1) {
-            Some(distances) => (Cow::Borrowed(distances), LOOSE),
-            None => (Cow::Owned(complex::distances(&regions)), 0.0),
-        };
-        Ok(Prepared { source, options, regions, dual, distances, loose })
+        let has_distances = source.distances().is_some() && *min_region <= 1;
+        let guessed = (!has_distances).then(|| complex::distances(&regions));
+        Ok(Prepared { source, options, regions, dual, guessed })
     }
 
     /// The image with one of [`TEXEL_SIZES`], whatever the options say.
@@ -224,6 +215,13 @@ impl<'a> Prepared<'a> {
         }
     }
 
+    fn distances(&self) -> Distances<'_> {
+        match &self.guessed {
+            Some(distances) => Distances::Guessed(distances),
+            None => Distances::Known(self.source.distances().unwrap_or_default()),
+        }
+    }
+
     pub(crate) fn regions(&self) -> &Regions<2> {
         &self.regions
     }
@@ -282,7 +280,8 @@ fn encode_cells(
     mut settled: Option<Vec<[u8; 3]>>,
     stage: &mut impl FnMut(&'static str),
 ) -> Result<(Image, Notes)> {
-    let Prepared { source, options, regions: whole, distances, loose, .. } = prepared;
+    let Prepared { source, options, regions: whole, .. } = prepared;
+    let distances = prepared.distances();
     let Parts { regions, dual, .. } = parts;
     let mut notes = Notes::default();
     let mut fitted: Option<(Vec<[u8; 3]>, Image)> = None;
@@ -312,14 +311,14 @@ fn encode_cells(
             None => fit::fit(&mut image, regions),
         }
         stage("fitting distances");
-        fit::fit_distances(&mut image, regions, distances, *loose);
+        fit::fit_distances(&mut image, regions, distances);
         stage("looking for what was lost");
         let mut lost = fit::rescue(&mut image, regions, true);
         if lost.is_empty() && options.gamma == Gamma::Planes {
             stage("fitting planes");
             embed::fit_planes(&mut image, whole);
             fit::refit(&mut image, regions);
-            fit::fit_distances(&mut image, regions, distances, *loose);
+            fit::fit_distances(&mut image, regions, distances);
             stage("looking for what was lost");
             lost = fit::rescue(&mut image, regions, true);
         }

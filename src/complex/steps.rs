@@ -93,7 +93,8 @@ impl Walk {
                 let i = self.at(crack, by);
                 let Some(crossing) = self.crossing(crack, curve, i) else { continue };
                 let room = (if by < 0 { before } else { after } + 1) as f64;
-                let weight = longest * (1.0 - by.abs() as f64 / room).powi(2);
+                let near = 1.0 - by.abs() as f64 / room;
+                let weight = longest * near * near;
                 sums[i][0] += weight * crossing.clamp(-0.5, 0.5);
                 sums[i][1] += weight;
             }
@@ -185,7 +186,8 @@ impl Walk {
             let i = self.at(crack, by);
             let offset = self.offset(crack, i);
             let (x, y) = (dot(along, offset), cross(along, offset));
-            let mut term = 1.0 / (OPEN + cross(along, self.across(i)).powi(2));
+            let open = cross(along, self.across(i));
+            let mut term = 1.0 / (OPEN + open * open);
             for n in 0..5 {
                 powers[n] += term;
                 if n < 3 {

@@ -9,7 +9,7 @@
 //! in them, and are looked at anew every few sweeps.
 
 use super::labels::own_region;
-use super::problem::{Cell, NOBODY, Pair, Problem, TAPS};
+use super::problem::{Cell, Contest, NOBODY, Pair, Problem, TAPS};
 use crate::grid;
 use crate::labels::Regions;
 use crate::model::{Model, RegionId};
@@ -18,7 +18,7 @@ use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
 /// Times that rivals and gradients are looked at, and sweeps over all texels after each.
-const LOOKS: usize = 10;
+const LOOKS: usize = 4;
 const SWEEPS: usize = 2;
 /// The over-relaxation ω.
 const RELAXATION: f32 = 1.3;
@@ -36,6 +36,9 @@ const WEIGHT: f32 = 0.2;
 /// The least |∇p|, as a part of what it is where two nodes are one texel apart and the value goes
 /// straight from one to the other. Where the picture is level a distance is as good as infinite.
 const LEVEL: f32 = 0.05;
+/// The p_ij, as a part of what it is a texel from the boundary where the value goes straight from one
+/// node to the other, beyond which a pixel is far from it: HOLD of a pixel, where it is four times as steep.
+const FAR: f32 = 4.0 * HOLD;
 /// The least steepness of distances that tells where the boundary is: along a straight one it is 1.
 const STEEP: f32 = 0.5;
 /// How far beyond the foot it shows who is there, in pixels.
@@ -167,9 +170,15 @@ impl<const D: usize> Looks<'_, D> {
                 if pair.cost == 0 || pair.i != label && pair.j != label {
                     continue;
                 }
+                let p = own * (pair.offset + dot(&pair.normal, &value));
+                // Far from any boundary: most pixels are.
+                let apart = apart(contest, pair);
+                if distance.is_nan() && p > FAR * apart / (1u32 << info.texel_log2) as f32 {
+                    continue;
+                }
                 let (slopes, steepness) = steepness(problem, info, pair, spot, &taps);
                 let scale = own / steepness;
-                let decoded = scale * (pair.offset + dot(&pair.normal, &value));
+                let decoded = p / steepness;
                 if weakest.as_ref().is_none_or(|weakest| decoded < weakest.0) {
                     weakest = Some((decoded, Wish::of(spot.weights, pair, scale)));
                 }
@@ -248,6 +257,12 @@ impl<const E: usize> Wish<E> {
     }
 }
 
+/// How far apart two nodes are, in units of p_ij.
+fn apart<const E: usize>(contest: &Contest<E>, pair: &Pair<E>) -> f32 {
+    let [i, j] = [pair.i, pair.j].map(|i| contest.positions[usize::from(i)].0);
+    (0..E).map(|e| pair.normal[e] * (i[e] - j[e])).sum::<f32>().abs()
+}
+
 /// ∇p_ij and its length, which is never next to nothing.
 fn steepness<const D: usize, const E: usize>(
     problem: &Problem<E>,
@@ -259,10 +274,8 @@ fn steepness<const D: usize, const E: usize>(
     let slopes: [f32; D] = std::array::from_fn(|axis| {
         (0..E).map(|e| pair.normal[e] * blend(&spot.slopes[axis], taps, e)).sum()
     });
-    let contest = &problem.contests[cell.list as usize];
-    let [i, j] = [pair.i, pair.j].map(|i| contest.positions[usize::from(i)].0);
-    let apart = dot(&pair.normal, &std::array::from_fn(|e| i[e] - j[e]));
-    let least = LEVEL * apart.abs() / (1u32 << cell.texel_log2) as f32;
+    let apart = apart(&problem.contests[cell.list as usize], pair);
+    let least = LEVEL * apart / (1u32 << cell.texel_log2) as f32;
     let steepness = slopes.iter().map(|slope| slope * slope).sum::<f32>().sqrt();
     (slopes, steepness.max(least).max(1e-3))
 }

@@ -92,19 +92,29 @@ pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &
     problem.texels.store(model);
 }
 
-/// After [`fit`], where it is known how far the middle of each pixel is from the boundary of its region,
-/// in pixels (NaN where it is not): boundaries come to lie where these distances say, between the
-/// pixels that labels alone tell apart. Pixels nearer to their boundary than `loose` may come out on
-/// either side; no cell has more of the others wrong than before.
+/// How far the middle of each pixel is from the boundary of its region, in pixels; NaN where that is
+/// not known.
+#[derive(Debug, Clone, Copy)]
+pub enum Distances<'a> {
+    /// As a source tells it: a pixel very near to its boundary may come out on the other side.
+    Known(&'a [f32]),
+    /// As labels suggest it, which [`complex::distances`](crate::complex::distances) reads from them: no
+    /// pixel may come out wrong by it.
+    Guessed(&'a [f32]),
+}
+
+/// After [`fit`]: boundaries come to lie where distances say, between the pixels that labels alone tell
+/// apart. No cell has more pixels wrong than before.
 pub fn fit_distances<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     regions: &Regions<D>,
-    distances: &[f32],
-    loose: f32,
+    distances: Distances<'_>,
 ) {
+    let (Distances::Known(of_pixels) | Distances::Guessed(of_pixels)) = distances;
     let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
-    let known = distance::Known::new(model, regions, distances);
-    settle::settle(&mut problem, &known, model.size, loose);
+    let known = distance::Known::new(model, regions, of_pixels);
+    let is_guess = matches!(distances, Distances::Guessed(_));
+    settle::settle(&mut problem, &known, model.size, is_guess);
     close::close(&mut problem);
     problem.texels.store(model);
 }

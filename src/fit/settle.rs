@@ -5,21 +5,32 @@ use super::problem::{NOBODY, Problem};
 use super::search::{all_errors, search_in};
 use crate::grid;
 
-/// Times that distances are fitted, each from where the last came to rest.
-const ROUNDS: usize = 2;
+/// How far distances are followed.
+struct Trust {
+    /// The labels of pixels nearer to their boundary than this, in pixels, do not count: they may come
+    /// out on either side.
+    loose: f32,
+    /// Times that distances are fitted, each from where the last came to rest.
+    rounds: usize,
+}
+
+/// A source's distances are nearly exact.
+const KNOWN: Trust = Trust { loose: 0.3, rounds: 5 };
+const GUESSED: Trust = Trust { loose: 0.0, rounds: 1 };
+
 /// A texel that must give way keeps half of its move, and none when less than this of it is left.
 const LEAST: f32 = 0.3;
 
-/// Fits distances as far as no cell has more errors than before. The labels of pixels nearer to their
-/// boundary than `loose`, in pixels, do not count: they may come out on either side.
+/// Fits distances as far as no cell has more errors than before.
 pub(super) fn settle<const D: usize, const E: usize>(
     problem: &mut Problem<E>,
     known: &Known<'_, D>,
     size: [u32; D],
-    loose: f32,
+    is_guess: bool,
 ) {
-    forget(problem, known, size, loose);
-    for _ in 0..ROUNDS {
+    let trust = if is_guess { GUESSED } else { KNOWN };
+    forget(problem, known, size, trust.loose);
+    for _ in 0..trust.rounds {
         let before = problem.texels.values.clone();
         let errors = all_errors(problem);
         fit_distances(problem, known);

@@ -326,7 +326,7 @@ impl Cuts<'_> {
         };
         let slopes =
             [slope(&|along, across| at(along, across)), slope(&|along, across| at(across, along))];
-        let steepness = slopes[0].hypot(slopes[1]);
+        let steepness = (slopes[0] * slopes[0] + slopes[1] * slopes[1]).sqrt();
         if steepness < LEAST_SLOPE {
             return None;
         }
@@ -418,7 +418,10 @@ mod tests {
         truth: impl Fn(f32, f32) -> f32,
     ) -> (f32, usize) {
         let known = source.distances().unwrap().iter().enumerate();
-        let known = known.filter(|(_, distance)| range.contains(distance));
+        // At the picture's rim half of what is around a pixel is not seen.
+        let inner =
+            |i: usize| grid::place([SIDE; 2], i).iter().all(|along| (2..SIDE - 2).contains(along));
+        let known = known.filter(|&(i, distance)| inner(i) && range.contains(distance));
         known.fold((0.0, 0), |(worst, count), (i, &distance)| {
             let [x, y] = grid::place([SIDE; 2], i).map(|along| along as f32 + 0.5);
             (f32::max(worst, (distance - truth(x, y).abs()).abs()), count + 1)
@@ -438,7 +441,7 @@ mod tests {
                 assert!(inside.abs() < 0.02 || is_front == (inside > 0.0), "{degrees} {at:?}");
             }
             let (inside, count) = worst(&source, MIXED, signed);
-            assert!(inside < 0.06 && count >= 39, "{degrees}: {inside} of {count}");
+            assert!(inside < 0.06 && count >= 35, "{degrees}: {inside} of {count}");
             let (beside, _) = worst(&source, BESIDE, signed);
             assert!(beside < 0.17, "{degrees}: {beside}");
         }

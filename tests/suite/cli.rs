@@ -377,6 +377,39 @@ fn every_png_kind_that_holds_flat_colours_or_labels_is_read() {
     }
 }
 
+/// A disc with antialiased edges on a ground: 8-bit grey.
+fn disc_png(folder: &Folder) -> PathBuf {
+    const SIDE: u32 = 96;
+    let data: Vec<u8> = (0..SIDE * SIDE)
+        .map(|i| {
+            let [x, y] = [i % SIDE, i / SIDE].map(|along| f64::from(along) + 0.5);
+            let inside = (30.3 - (x - 47.1).hypot(y - 48.6) + 0.5).clamp(0.0, 1.0);
+            (40.0 + 190.0 * inside).round() as u8
+        })
+        .collect();
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, SIDE, SIDE);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.write_header().unwrap().write_image_data(&data).unwrap();
+    folder.file("disc.png", &out)
+}
+
+#[test]
+fn antialiased_edges_are_no_regions() {
+    let folder = Folder::new();
+    let picture = disc_png(&folder);
+    let [exact, smooth] = ["exact.istar", "smooth.istar"].map(|name| folder.path(name));
+    succeed(&["encode", text(&picture), "-o", text(&exact)]);
+    assert!(json(&["info", text(&exact), "--json"])["regions"].as_u64().unwrap() > 50);
+    succeed(&["encode", text(&picture), "-o", text(&smooth), "--regions", "antialiased"]);
+    assert_eq!(json(&["info", text(&smooth), "--json"])["regions"], 2);
+    let words = ["compare", text(&smooth), text(&picture), "--antialiased", "--json"];
+    assert!(json(&words)["wrong_pixels"].as_f64().unwrap() < 0.001);
+    let words = ["encode", text(&picture), "-o", "x", "--lossless", "--regions", "antialiased"];
+    assert_eq!(istar(&words).status.code(), Some(2));
+}
+
 #[test]
 fn a_diagonal_line_is_one_region_where_corners_connect() {
     let folder = Folder::new();

@@ -1,7 +1,8 @@
 //! `istar compare`
 
+use crate::pictures::{self, RegionKind};
 use crate::tell::tell;
-use crate::{Outcome, files, pictures, progress};
+use crate::{Outcome, files, progress};
 use istar::labels::Source;
 use istar::{BoundaryError, Limits, RegionComparison};
 use serde_json::{Value, json};
@@ -23,6 +24,9 @@ pub struct Args {
     /// Tell each region that differs: as JSON all of them, by number; else the worst 20
     #[arg(long)]
     regions: bool,
+    /// The original has antialiased edges: compare with the regions that they part
+    #[arg(long)]
+    antialiased: bool,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -32,7 +36,8 @@ pub fn run(args: &Args) -> Outcome {
     let stages = progress::Stages::new();
     stages.set("reading");
     let (image, bytes) = files::read_exact(&args.input)?;
-    let source = pictures::read_source(&args.original, &Limits::default())?;
+    let kind = if args.antialiased { RegionKind::Antialiased } else { RegionKind::Exact };
+    let source = pictures::read_source(&args.original, kind, &Limits::default())?;
     stages.set("comparing");
     let (result, regions) = match args.regions {
         true => istar::compare_by_region(&image, &source),

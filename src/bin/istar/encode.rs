@@ -1,8 +1,9 @@
 //! `istar encode`
 
 use crate::info::texel_sizes;
+use crate::pictures::{self, RegionKind};
 use crate::tell::{aside, tell};
-use crate::{Outcome, files, pictures, progress};
+use crate::{Outcome, files, progress};
 use clap::ValueEnum;
 use istar::labels::Connectivity;
 use istar::{Chosen, EncodeOptions, Forbidden, Gamma, Kernel, Target, container};
@@ -41,6 +42,9 @@ struct Options {
     /// Keep every pixel: the file holds the picture's labels, and what draws it fits texels to them
     #[arg(long, conflicts_with_all = ["texel_size", "psnr", "max_bytes", "min_region", "forbid"])]
     lossless: bool,
+    /// What a region is
+    #[arg(long, value_enum, default_value_t, conflicts_with = "lossless")]
+    regions: RegionKind,
     /// Interpolation of texels
     #[arg(long, value_enum, default_value_t = KernelName::Quadratic)]
     kernel: KernelName,
@@ -132,7 +136,8 @@ pub fn run(args: &Args) -> Outcome {
     }
     let psnr = args.options.psnr.map(Target::Psnr);
     let target = psnr.or(args.options.max_bytes.map(Target::MaxBytes));
-    let (Chosen { image, psnr, .. }, bytes) = encode_file(&args.input, &options, target)?;
+    let (Chosen { image, psnr, .. }, bytes) =
+        encode_file(&args.input, args.options.regions, &options, target)?;
     output.finish(&bytes)?;
     if let (Some(wanted), Some(psnr)) = (args.options.psnr, psnr)
         && psnr < wanted
@@ -164,7 +169,7 @@ pub fn run(args: &Args) -> Outcome {
 fn encode_lossless(args: &Args, options: &EncodeOptions, output: files::Output) -> Outcome {
     let stages = progress::Stages::new();
     stages.set("reading");
-    let source = pictures::read_source(&args.input, &options.limits)?;
+    let source = pictures::read_source(&args.input, RegionKind::Exact, &options.limits)?;
     stages.set("packing labels");
     let bytes =
         istar::encode_lossless(&source, options).map_err(|error| files::at(&args.input, &error))?;
@@ -188,12 +193,13 @@ fn encode_lossless(args: &Args, options: &EncodeOptions, output: files::Output) 
 /// and the file's bytes.
 pub fn encode_file(
     input: &Path,
+    kind: RegionKind,
     options: &EncodeOptions,
     target: Option<Target>,
 ) -> Result<(Chosen, Vec<u8>), String> {
     let stages = progress::Stages::new();
     stages.set("reading");
-    let source = pictures::read_source(input, &options.limits)?;
+    let source = pictures::read_source(input, kind, &options.limits)?;
     let stage = |stage| stages.set(stage);
     let chosen =
         match target {

@@ -1,19 +1,30 @@
 //! PNG to source and back.
 
 use crate::files;
+use clap::ValueEnum;
 use istar::Limits;
 use istar::labels::Source;
 use png::{BitDepth, ColorType, Transformations};
 use std::io::{BufRead, Cursor, Seek};
 use std::path::Path;
 
-/// Reads a picture of flat colours (8-bit or less) or of labels (16-bit grey).
-pub fn read_source(path: &Path, limits: &Limits) -> Result<Source<2>, String> {
-    let bytes = files::read(path)?;
-    parse_source(&bytes, limits).map_err(|error| files::at(path, &error))
+/// What a region is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum RegionKind {
+    /// Pixels of the very same colour or label
+    #[default]
+    Exact,
+    /// The same with antialiased edges: pixels of mixed colours tell where within them a boundary is
+    Antialiased,
 }
 
-fn parse_source(bytes: &[u8], limits: &Limits) -> Result<Source<2>, String> {
+/// Reads a picture of flat colours (8-bit or less) or of labels (16-bit grey).
+pub fn read_source(path: &Path, kind: RegionKind, limits: &Limits) -> Result<Source<2>, String> {
+    let bytes = files::read(path)?;
+    parse_source(&bytes, kind, limits).map_err(|error| files::at(path, &error))
+}
+
+fn parse_source(bytes: &[u8], kind: RegionKind, limits: &Limits) -> Result<Source<2>, String> {
     if bytes.is_empty() {
         return Err("it is empty".into());
     }
@@ -25,11 +36,14 @@ fn parse_source(bytes: &[u8], limits: &Limits) -> Result<Source<2>, String> {
     let reader = decoder.read_info().map_err(|error| not_png(&error))?;
     let info = reader.info();
     match (info.bit_depth, info.color_type) {
+        (BitDepth::Sixteen, ColorType::Grayscale) if kind == RegionKind::Antialiased => {
+            Err("it is read as labels, which do not mix: leave out --regions antialiased".into())
+        }
         (BitDepth::Sixteen, ColorType::Grayscale) => read_labels(reader, limits),
         (BitDepth::Sixteen, _) => Err("it has 16 bits a colour: reduce it to 8 (16-bit grey is \
              read as labels)"
             .into()),
-        _ => read_colors(reader, limits),
+        _ => read_colors(reader, kind, limits),
     }
 }
 
@@ -64,7 +78,11 @@ fn read_labels<R: BufRead + Seek>(mut rows: Rows<R>, limits: &Limits) -> Result<
     Source::from_labels(size, labels, limits).map_err(|error| error.to_string())
 }
 
-fn read_colors<R: BufRead + Seek>(mut rows: Rows<R>, limits: &Limits) -> Result<Source<2>, String> {
+fn read_colors<R: BufRead + Seek>(
+    mut rows: Rows<R>,
+    kind: RegionKind,
+    limits: &Limits,
+) -> Result<Source<2>, String> {
     let size = [rows.info().width, rows.info().height];
     let (color_type, _) = rows.output_color_type();
     let mut colors: Vec<[u8; 4]> = Vec::with_capacity(istar::grid::count(size));
@@ -79,7 +97,11 @@ fn read_colors<R: BufRead + Seek>(mut rows: Rows<R>, limits: &Limits) -> Result<
             colors.extend(row.chunks_exact(3).map(|p| [p[0], p[1], p[2], 255]));
         }
     })?;
-    Source::from_colors(size, &colors, limits).map_err(|error| error.to_string())
+    match kind {
+        RegionKind::Exact => Source::from_colors(size, &colors, limits),
+        RegionKind::Antialiased => Source::from_antialiased(size, &colors, limits),
+    }
+    .map_err(|error| error.to_string())
 }
 
 /// Row by row, unless the file is interlaced: then its passes have to be put together first.

@@ -1,5 +1,6 @@
 //! `istar view`
 
+use crate::pictures::RegionKind;
 use crate::tell::tell;
 use crate::{Outcome, encode, files};
 use axum::Router;
@@ -21,6 +22,9 @@ pub struct Args {
     /// A PNG (encoded first), an .istar file, or a folder to serve as it is
     #[arg(value_name = "IN")]
     input: PathBuf,
+    /// What a region of a PNG is
+    #[arg(long, value_enum, default_value_t)]
+    regions: RegionKind,
     /// Port to serve on; 0 takes a free one
     #[arg(long, value_name = "P", default_value_t = 8080)]
     port: u16,
@@ -41,7 +45,8 @@ pub fn run(args: &Args) -> Outcome {
         files::read_image(&args.input)?;
         return serve(one_picture(&args.input)?, args.port);
     }
-    let (_, bytes) = encode::encode_file(&args.input, &EncodeOptions::default(), None)?;
+    let (_, bytes) =
+        encode::encode_file(&args.input, args.regions, &EncodeOptions::default(), None)?;
     let fault = |error| format!("cannot write a temporary file: {error}");
     let mut encoded = tempfile::NamedTempFile::new().map_err(fault)?;
     encoded.write_all(&bytes).map_err(fault)?;
