@@ -26,6 +26,8 @@ const ROUNDING: f64 = 0.02;
 const OPEN: f64 = 0.02;
 /// A curve of fewer cracks is a straight line.
 const BENT: usize = 7;
+/// Fewer cracks beside one tell nothing: along a ragged coast they are its shape, not steps of it.
+const SHORTEST: usize = 8;
 /// The least of a step across a crack that is across the curve: else it does not cross the line between
 /// the crack's pixels.
 const SLANT: f64 = 0.05;
@@ -101,7 +103,10 @@ impl Walk {
         }
         let mut found = Vec::with_capacity(2 * self.middles.len());
         for (crack, (curve, [sum, weights])) in curves.iter().zip(sums).enumerate() {
-            let Some(curve) = curve.as_ref().filter(|_| weights > 0.0) else { continue };
+            let is_long = |curve: &&Curve| curve.reach[0] + curve.reach[1] >= SHORTEST;
+            let Some(curve) = curve.as_ref().filter(is_long).filter(|_| weights > 0.0) else {
+                continue;
+            };
             let across = self.across(crack);
             let slope = curve.terms[1];
             let tangent =

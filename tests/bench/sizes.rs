@@ -14,7 +14,7 @@ const UNIFORM: u32 = 16;
 const WANTED: [(&str, f64); 2] = [("emblem", 5.0), ("map", 1.0)];
 /// log₂ of the prices that are tried, and how often their range is halved.
 const PRICES: [f64; 2] = [-6.0, 10.0];
-const HALVINGS: usize = 9;
+const HALVINGS: usize = 12;
 
 /// Prints the table. `false` where sizes of their own gain less than they should.
 pub fn print(rows: &Rows) -> bool {
