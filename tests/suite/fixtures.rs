@@ -43,7 +43,12 @@ pub fn wheel() -> Source<2> {
 
 /// Squares of 5 pixels in nine classes: a junction in every cell.
 pub fn tiles() -> Source<2> {
-    painted([130, 90], |x, y| 1 + (x / 5) % 3 + 3 * ((y / 5) % 3))
+    tiles_of([130, 90])
+}
+
+/// The same of another size.
+pub fn tiles_of(size: [u32; 2]) -> Source<2> {
+    painted(size, |x, y| 1 + (x / 5) % 3 + 3 * ((y / 5) % 3))
 }
 
 /// Label 0 is transparent: a ring on nothing.
