@@ -110,16 +110,8 @@ struct Found {
 
 impl Walk {
     fn new(primal: &Primal, chain: ChainId) -> Self {
-        let points = primal.points(chain);
+        let mut middles = primal.middles(chain);
         let chain = &primal.chains[chain as usize];
-        let mut middles = Vec::with_capacity(chain.length as usize + 2 * LAP);
-        let next = points.iter().skip(1).chain(chain.is_closed().then_some(&points[0]));
-        for (from, to) in points.iter().zip(next) {
-            let step = [0, 1].map(|e| (i64::from(to[e]) - i64::from(from[e])).signum());
-            let cracks = from[0].abs_diff(to[0]).max(from[1].abs_diff(to[1]));
-            let middle = |k: i64| [0, 1].map(|e| 2 * (i64::from(from[e]) + k * step[e]) + step[e]);
-            middles.extend((0..i64::from(cracks)).map(middle));
-        }
         let lap = if chain.is_closed() { LAP.min(middles.len()) } else { 0 };
         let first = middles[..lap].to_vec();
         middles.extend(first);

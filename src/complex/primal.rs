@@ -137,6 +137,21 @@ impl Primal {
         Self::build(regions, false)
     }
 
+    /// The middles of a chain's cracks, in half pixels, in the order of its walk.
+    pub(super) fn middles(&self, chain: ChainId) -> Vec<[i64; 2]> {
+        let points = self.points(chain);
+        let chain = &self.chains[chain as usize];
+        let mut middles = Vec::with_capacity(chain.length as usize);
+        let next = points.iter().skip(1).chain(chain.is_closed().then_some(&points[0]));
+        for (from, to) in points.iter().zip(next) {
+            let step = [0, 1].map(|e| (i64::from(to[e]) - i64::from(from[e])).signum());
+            let cracks = from[0].abs_diff(to[0]).max(from[1].abs_diff(to[1]));
+            let middle = |k: i64| [0, 1].map(|e| 2 * (i64::from(from[e]) + k * step[e]) + step[e]);
+            middles.extend((0..i64::from(cracks)).map(middle));
+        }
+        middles
+    }
+
     /// The corners at which a chain starts, turns and ends; a closed one starts at a turn, which is
     /// not repeated at its end. Between two that follow each other it is straight.
     pub fn points(&self, chain: ChainId) -> &[[u32; 2]] {

@@ -55,6 +55,8 @@ pub fn distances(regions: &Regions<2>) -> Vec<f32> {
 struct Walk {
     /// The middles of its cracks, in half pixels.
     middles: Vec<[i64; 2]>,
+    /// For each crack how many before it, and how many after it, lie in one straight line with it.
+    straight: Vec<[u32; 2]>,
     is_closed: bool,
 }
 
@@ -68,23 +70,27 @@ struct Curve {
 
 impl Walk {
     fn new(primal: &Primal, chain: ChainId) -> Self {
-        let points = primal.points(chain);
+        let middles = primal.middles(chain);
         let chain = &primal.chains[chain as usize];
-        let mut middles = Vec::with_capacity(chain.length as usize);
-        let next = points.iter().skip(1).chain(chain.is_closed().then_some(&points[0]));
-        for (from, to) in points.iter().zip(next) {
-            let step = [0, 1].map(|e| (i64::from(to[e]) - i64::from(from[e])).signum());
-            let cracks = from[0].abs_diff(to[0]).max(from[1].abs_diff(to[1]));
-            let middle = |k: i64| [0, 1].map(|e| 2 * (i64::from(from[e]) + k * step[e]) + step[e]);
-            middles.extend((0..i64::from(cracks)).map(middle));
+        // Cracks of a straight line are a whole pixel apart along x or y.
+        let follows = |i: usize| {
+            let by = [0, 1].map(|e| (middles[i][e] - middles[i - 1][e]).abs());
+            by[0] + by[1] == 2 && by[0] * by[1] == 0
+        };
+        let mut straight = vec![[0u32; 2]; middles.len()];
+        for i in 1..middles.len() {
+            straight[i][0] = if follows(i) { straight[i - 1][0] + 1 } else { 0 };
         }
-        Walk { middles, is_closed: chain.is_closed() }
+        for i in (1..middles.len()).rev() {
+            straight[i - 1][1] = if follows(i) { straight[i][1] + 1 } else { 0 };
+        }
+        Walk { middles, straight, is_closed: chain.is_closed() }
     }
 
     /// The pixels along the chain, and how far they are from the boundary.
     fn distances(&self, size: [u32; 2]) -> Vec<(usize, f32)> {
-        let curves: Vec<Option<Curve>> =
-            (0..self.middles.len()).map(|crack| self.curve(crack)).collect();
+        let cracks = (0..self.middles.len()).into_par_iter().with_min_len(256);
+        let curves: Vec<Option<Curve>> = cracks.map(|crack| self.curve(crack)).collect();
         // Where curves cross the line between a crack's pixels, by weight, and the weights.
         let mut sums = vec![[0.0; 2]; self.middles.len()];
         for (crack, curve) in curves.iter().enumerate() {
@@ -125,7 +131,15 @@ impl Walk {
 
     /// The crack so many after one, which there is.
     fn at(&self, crack: usize, by: i64) -> usize {
-        (crack as i64 + by).rem_euclid(self.middles.len() as i64) as usize
+        // Never farther than once around.
+        let (i, count) = (crack as i64 + by, self.middles.len() as i64);
+        (if i < 0 {
+            i + count
+        } else if i < count {
+            i
+        } else {
+            i - count
+        }) as usize
     }
 
     /// The direction from one of a crack's pixels to the other.
@@ -146,6 +160,12 @@ impl Walk {
             true => [(self.middles.len() - 1) / 2; 2],
             false => [crack, self.middles.len() - 1 - crack],
         };
+        // A straight line needs no search.
+        let reach = room.map(|room| room.min(MOST));
+        if (0..2).all(|e| reach[e] <= self.straight[crack][e] as usize) && reach != [0; 2] {
+            let [across_x, across_y] = self.across(crack);
+            return Some(Curve { along: [across_y, across_x], terms: [0.0; 3], reach });
+        }
         let mut best = self.fit(crack, room.map(|room| room.min(FEWEST)))?;
         let mut grows = [true; 2];
         loop {
@@ -165,8 +185,9 @@ impl Walk {
                 return Some(best);
             }
             let sides = [[next[0], best.reach[1]], [best.reach[0], next[1]]];
-            let fits =
-                sides.map(|reach| if reach == best.reach { None } else { self.fit(crack, reach) });
+            let fits = sides.map(|reach| {
+                if reach == best.reach || reach == next { None } else { self.fit(crack, reach) }
+            });
             (best, grows) = match fits {
                 [Some(curve), None] => (curve, [true, false]),
                 [None, Some(curve)] => (curve, [false, true]),

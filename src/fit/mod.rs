@@ -98,19 +98,23 @@ pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &
 pub enum Distances<'a> {
     /// As a source tells it: a pixel very near to its boundary may come out on the other side.
     Known(&'a [f32]),
-    /// As labels suggest it, which [`complex::distances`](crate::complex::distances) reads from them: no
-    /// pixel may come out wrong by it.
+    /// As labels suggest it, which [`complex::distances`](crate::complex::distances) reads from them: all
+    /// pixels are to stay on their own sides.
     Guessed(&'a [f32]),
 }
 
 /// After [`fit`]: boundaries come to lie where distances say, between the pixels that labels alone tell
-/// apart. No cell has more pixels wrong than before.
+/// apart, as far as no cell's error becomes greater. Closing the seams that this opens may change a little.
+///
+/// # Panics
+/// Where the distances are not one for each pixel.
 pub fn fit_distances<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     regions: &Regions<D>,
     distances: Distances<'_>,
 ) {
     let (Distances::Known(of_pixels) | Distances::Guessed(of_pixels)) = distances;
+    assert_eq!(of_pixels.len(), regions.labels.len(), "a distance for each pixel");
     let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
     let known = distance::Known::new(model, regions, of_pixels);
     let is_guess = matches!(distances, Distances::Guessed(_));

@@ -21,7 +21,8 @@ const GUESSED: Trust = Trust { loose: 0.0, rounds: 1 };
 /// A texel that must give way keeps half of its move, and none when less than this of it is left.
 const LEAST: f32 = 0.3;
 
-/// Fits distances as far as no cell has more errors than before.
+/// Fits distances as far as no cell's error becomes greater, labels very near to a known boundary not
+/// counted.
 pub(super) fn settle<const D: usize, const E: usize>(
     problem: &mut Problem<E>,
     known: &Known<'_, D>,
@@ -81,7 +82,10 @@ fn retreat<const E: usize>(problem: &mut Problem<E>, before: &[[f32; E]], errors
             let (from, to) = (before[texel as usize], wanted[texel as usize]);
             let kept = &mut kept[texel as usize];
             *kept = if *kept > LEAST { 0.5 * *kept } else { 0.0 };
-            let between = |e: usize| (from[e] + *kept * (to[e] - from[e]) + 0.5).floor();
+            let between = |e: usize| match *kept {
+                0.0 => from[e],
+                kept => (from[e] + kept * (to[e] - from[e]) + 0.5).floor(),
+            };
             problem.texels.set(texel, std::array::from_fn(between));
         }
     }

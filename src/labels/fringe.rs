@@ -64,9 +64,11 @@ impl Source<2> {
             // Says what is wrong.
             return Self::from_colors(size, colors, limits);
         }
-        let fringes = Fringes::new(size, colors);
-        let mixed = fringes.mixed();
-        let mut settled = colors.to_vec();
+        // What is transparent is one class, whatever colour it hides.
+        let shown = |&color: &[u8; 4]| if color[3] == 0 { [0; 4] } else { color };
+        let colors: Vec<[u8; 4]> = colors.par_iter().map(shown).collect();
+        let mixed = Fringes::new(size, &colors).mixed();
+        let mut settled = colors;
         settled.par_chunks_mut(size[0] as usize).zip(&mixed).for_each(|(row, mixed)| {
             mixed.iter().for_each(|m| row[m.x as usize] = m.classes[0].to_le_bytes());
         });
@@ -115,17 +117,22 @@ impl<'a> Fringes<'a> {
     /// The colours that are sure and not rare, the most frequent first.
     fn palette(&self) -> Vec<[u8; 4]> {
         let width = self.size[0] as usize;
+        let note = |counts: &mut HashMap<[u8; 4], u32>, (color, count)| {
+            if count > 0 {
+                *counts.entry(color).or_default() += count;
+            }
+        };
         let count = |(colors, sure): (&[[u8; 4]], &[bool])| {
             let mut counts: HashMap<[u8; 4], u32> = HashMap::new();
             let mut run = (colors[0], 0);
             for (&color, &sure) in colors.iter().zip(sure) {
                 if color != run.0 {
-                    *counts.entry(run.0).or_default() += run.1;
+                    note(&mut counts, run);
                     run = (color, 0);
                 }
                 run.1 += u32::from(sure);
             }
-            *counts.entry(run.0).or_default() += run.1;
+            note(&mut counts, run);
             counts
         };
         let rows = self.colors.par_chunks(width).zip(self.sure.par_chunks(width));
@@ -243,11 +250,11 @@ impl Mixture {
     }
 
     fn at(self, x: u32) -> Mixed {
-        let class = |color: [u8; 4]| match color[3] {
-            0 => 0,
-            _ => u32::from_le_bytes(color),
-        };
-        Mixed { x, classes: self.colors.map(class), part: self.has_part.then_some(self.part) }
+        Mixed {
+            x,
+            classes: self.colors.map(u32::from_le_bytes),
+            part: self.has_part.then_some(self.part),
+        }
     }
 }
 
@@ -257,7 +264,8 @@ fn mixable([r, g, b, a]: [u8; 4]) -> Mixable {
 }
 
 /// How far the middle of each pixel is from the boundary of its region, in pixels: in pixels of mixed
-/// colours and those beside them, where a straight boundary explains them; else NaN.
+/// colours and those beside them, where a straight boundary explains them, and half a pixel where two
+/// colours meet unmixed; else NaN.
 fn distances(size: [u32; 2], settled: &[[u8; 4]], mixed: &[Vec<Mixed>]) -> Vec<f32> {
     let cuts = Cuts { size, settled, mixed };
     let lines: Vec<Vec<Option<Line>>> = (0..size[1])
@@ -290,10 +298,7 @@ struct Cuts<'a> {
 
 impl Cuts<'_> {
     fn class(&self, at: [u32; 2]) -> u32 {
-        match self.settled[grid::index(self.size, at)] {
-            [.., 0] => 0,
-            color => u32::from_le_bytes(color),
-        }
+        u32::from_le_bytes(self.settled[grid::index(self.size, at)])
     }
 
     fn find(&self, [x, y]: [u32; 2]) -> Option<usize> {
@@ -485,8 +490,8 @@ mod tests {
     #[test]
     fn edges_over_nothing_are_edges_too() {
         let colors: Vec<[u8; 4]> = grid::places([SIDE; 2])
-            .map(|[x, _]| match x {
-                0..18 => [0, 0, 0, 0],
+            .map(|[x, y]| match x {
+                0..18 => [x as u8, y as u8, 7, 0],
                 18 => [250, 10, 10, 64],
                 _ => [250, 10, 10, 255],
             })
@@ -495,6 +500,19 @@ mod tests {
         assert!(source.classes().iter().all(|&c| c == 0 || c >> 24 == 255));
         let distance = source.distances().unwrap()[(3 * SIDE + 18) as usize];
         assert!((distance - 0.249).abs() < 0.01, "{distance}");
+    }
+
+    #[test]
+    fn the_smallest_pictures_and_empty_ones_are_no_harm() {
+        for size in [[1, 1], [1, 5], [5, 1], [2, 2]] {
+            let colors: Vec<[u8; 4]> =
+                (0..size[0] * size[1]).map(|i| [i as u8, 0, 0, 255]).collect();
+            for colors in [vec![[0; 4]; colors.len()], colors] {
+                let exact = Source::from_colors(size, &colors, &Limits::default()).unwrap();
+                let source = Source::from_antialiased(size, &colors, &Limits::default()).unwrap();
+                assert_eq!(source.classes(), exact.classes(), "{size:?}");
+            }
+        }
     }
 
     #[test]

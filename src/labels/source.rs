@@ -62,11 +62,11 @@ impl<const D: usize> Source<D> {
 
     /// The same with what is known beyond labels: how far the middle of each pixel is from the boundary
     /// of its region, in pixels, as level sets, posteriors or antialiased edges tell it. NaN where it
-    /// is not known. Boundaries then come to lie between pixels.
+    /// is not known, as infinity does too. Boundaries then come to lie between pixels.
     ///
     /// # Errors
     /// [`Error::Usage`] where the distances are not one for each pixel, or one is negative.
-    pub fn with_distances(mut self, distances: Vec<f32>) -> Result<Self> {
+    pub fn with_distances(mut self, mut distances: Vec<f32>) -> Result<Self> {
         if distances.len() != self.classes.len() {
             return Err(Error::Usage(format!(
                 "{} distances were given for {} pixels: give one for each",
@@ -82,6 +82,7 @@ impl<const D: usize> Source<D> {
                 distances[pixel]
             )));
         }
+        distances.iter_mut().filter(|d| d.is_infinite()).for_each(|d| *d = f32::NAN);
         self.distances = Some(distances);
         Ok(self)
     }

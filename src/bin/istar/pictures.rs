@@ -37,7 +37,7 @@ fn parse_source(bytes: &[u8], kind: RegionKind, limits: &Limits) -> Result<Sourc
     let info = reader.info();
     match (info.bit_depth, info.color_type) {
         (BitDepth::Sixteen, ColorType::Grayscale) if kind == RegionKind::Antialiased => {
-            Err("it is read as labels, which do not mix: leave out --regions antialiased".into())
+            Err("it holds labels, which do not mix: read it without antialiased edges".into())
         }
         (BitDepth::Sixteen, ColorType::Grayscale) => read_labels(reader, limits),
         (BitDepth::Sixteen, _) => Err("it has 16 bits a colour: reduce it to 8 (16-bit grey is \

@@ -22,7 +22,7 @@ pub struct Args {
     /// A PNG (encoded first), an .istar file, or a folder to serve as it is
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// What a region of a PNG is
+    /// What a region is, where a PNG is encoded
     #[arg(long, value_enum, default_value_t)]
     regions: RegionKind,
     /// Port to serve on; 0 takes a free one
