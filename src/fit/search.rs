@@ -24,10 +24,7 @@ pub(super) fn search_in<const E: usize>(
     problem: &mut Problem<E>,
     is_due: impl Fn(&Problem<E>, &Cell) -> bool,
 ) {
-    for texel in &mut problem.texels.values {
-        *texel = texel.map(|x| (x + 0.5).floor());
-    }
-    problem.texels.follow_all();
+    round(problem);
     let mut restless = vec![false; problem.texels.values.len()];
     for cell in (0..problem.cells.len()).filter(|&cell| is_due(problem, &problem.cells[cell])) {
         for &tap in problem.taps(cell) {
@@ -36,6 +33,14 @@ pub(super) fn search_in<const E: usize>(
     }
     let mut errors = all_errors(problem);
     search_from(problem, restless, &mut errors);
+}
+
+/// Texels become whole bytes.
+pub(super) fn round<const E: usize>(problem: &mut Problem<E>) {
+    for texel in &mut problem.texels.values {
+        *texel = texel.map(|x| (x + 0.5).floor());
+    }
+    problem.texels.follow_all();
 }
 
 /// The errors of all cells.

@@ -2,7 +2,7 @@
 
 use super::distance::{Known, fit_distances};
 use super::problem::{NOBODY, Problem};
-use super::search::{all_errors, search_in};
+use super::search::{all_errors, round};
 use crate::grid;
 
 /// How far distances are followed.
@@ -35,8 +35,7 @@ pub(super) fn settle<const D: usize, const E: usize>(
         let before = problem.texels.values.clone();
         let errors = all_errors(problem);
         fit_distances(problem, known);
-        // No texel is due: they become whole bytes.
-        search_in(problem, |_, _| false);
+        round(problem);
         retreat(problem, &before, &errors);
     }
 }
