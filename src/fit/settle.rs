@@ -1,9 +1,11 @@
 //! What was fitted to distances gives way where pixels come out wrong by it, or seams open.
 
 use super::distance::{Known, fit_distances};
+use super::line::count_errors;
 use super::problem::{NOBODY, Problem};
 use super::search::{all_errors, round};
 use crate::grid;
+use rayon::prelude::*;
 
 /// How far distances are followed.
 struct Trust {
@@ -65,10 +67,14 @@ fn forget<const D: usize, const E: usize>(
 fn retreat<const E: usize>(problem: &mut Problem<E>, before: &[[f32; E]], errors: &[i64]) {
     let wanted = problem.texels.values.clone();
     let mut kept = vec![1.0f32; wanted.len()];
+    let mut changed: Vec<u32> = (0..problem.cells.len() as u32).collect();
     loop {
-        let now = all_errors(problem);
-        let worse = (0..now.len()).filter(|&cell| now[cell] > errors[cell]);
-        let taps = worse.flat_map(|cell| problem.taps(cell).iter());
+        let count =
+            |&cell: &u32| count_errors(problem, cell as usize, &problem.taps_at(cell as usize));
+        let now: Vec<i64> = changed.par_iter().with_min_len(64).map(count).collect();
+        let cells = changed.iter().zip(now).map(|(&cell, now)| (cell as usize, now));
+        let worse = cells.filter(|&(cell, now)| now > errors[cell]);
+        let taps = worse.flat_map(|(cell, _)| problem.taps(cell).iter());
         let mut due: Vec<u32> =
             taps.flat_map(|&tap| problem.texels.free(tap)).map(|(texel, _)| texel).collect();
         due.sort_unstable();
@@ -77,6 +83,7 @@ fn retreat<const E: usize>(problem: &mut Problem<E>, before: &[[f32; E]], errors
         if due.is_empty() {
             return;
         }
+        changed.clear();
         for texel in due {
             let (from, to) = (before[texel as usize], wanted[texel as usize]);
             let kept = &mut kept[texel as usize];
@@ -86,6 +93,9 @@ fn retreat<const E: usize>(problem: &mut Problem<E>, before: &[[f32; E]], errors
                 kept => (from[e] + kept * (to[e] - from[e]) + 0.5).floor(),
             };
             problem.texels.set(texel, std::array::from_fn(between));
+            changed.extend(problem.moved(texel).iter().map(|&(cell, _)| cell));
         }
+        changed.sort_unstable();
+        changed.dedup();
     }
 }
