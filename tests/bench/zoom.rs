@@ -31,8 +31,9 @@ enum Way<'a> {
     Lanczos(Lanczos),
 }
 
-/// Prints the tables. `false` where default options give more than half of the others' wrong pixels, or
-/// boundaries farther off than wanted, from pixels that tell where within them a boundary lies.
+/// Prints the table, for crisp pixels and for antialiased ones, which tell where within them a boundary
+/// lies. `false` where default options give more than half of the others' wrong pixels, or boundaries
+/// farther off than wanted, from either.
 pub fn print(rows: &Rows) -> bool {
     if rows.pick(&[PICTURE], |&name| name.into()).is_empty() || rows.are_numbered() {
         return true;
@@ -42,15 +43,16 @@ pub fn print(rows: &Rows) -> bool {
         "way", "wrong pixels", "of all", "boundary, mean", "p95"
     );
     let sound = [Edges::Crisp, Edges::Antialiased].map(enlarge);
-    if !sound[1] {
+    let sound = sound == [true; 2];
+    if !sound {
         println!(
             "zoom: more than half of the wrong pixels of other ways, or boundaries too far off"
         );
     }
-    sound[1]
+    sound
 }
 
-/// Prints the rows for one kind of edges in the small picture.
+/// Prints the rows for one kind of edges in the small picture; `false` as [`print`].
 fn enlarge(edges: Edges) -> bool {
     let truth = Drawing::new(Edges::Crisp);
     let colors = Drawing::new(edges).colors(SIDE);

@@ -214,11 +214,16 @@ fn specks_png(folder: &Folder) -> PathBuf {
     let mut data: Vec<u8> = (0..1600).map(|i| if i % 40 < 20 { 50 } else { 200 }).collect();
     data[40 * 8 + 6] = 90;
     (0..9).for_each(|i| data[40 * (25 + i / 3) + 28 + i % 3] = 120);
+    grey_png(folder, "specks.png", 40, &data)
+}
+
+/// A square picture in 8-bit grey.
+fn grey_png(folder: &Folder, name: &str, side: u32, data: &[u8]) -> PathBuf {
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, 40, 40);
+    let mut encoder = png::Encoder::new(&mut bytes, side, side);
     encoder.set_color(png::ColorType::Grayscale);
-    encoder.write_header().unwrap().write_image_data(&data).unwrap();
-    folder.file("specks.png", &bytes)
+    encoder.write_header().unwrap().write_image_data(data).unwrap();
+    folder.file(name, &bytes)
 }
 
 #[test]
@@ -387,12 +392,7 @@ fn disc_png(folder: &Folder) -> PathBuf {
             (40.0 + 190.0 * inside).round() as u8
         })
         .collect();
-    let mut out = Vec::new();
-    let mut encoder = png::Encoder::new(&mut out, SIDE, SIDE);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.write_header().unwrap().write_image_data(&data).unwrap();
-    folder.file("disc.png", &out)
+    grey_png(folder, "disc.png", SIDE, &data)
 }
 
 #[test]
