@@ -286,6 +286,8 @@ fn encode_cells(
     let mut notes = Notes::default();
     let mut fitted: Option<(Vec<[u8; 3]>, Image)> = None;
     let mut closings = CLOSINGS;
+    // Distances take longest, and so come last.
+    let mut has_distances = false;
     loop {
         stage("placing nodes");
         let embedding = embed::place(dual, &mut cells, settled);
@@ -310,25 +312,22 @@ fn encode_cells(
             Some((_, before)) => fit::resume(&mut image, before, regions),
             None => fit::fit(&mut image, regions),
         }
-        stage("fitting distances");
-        fit::fit_distances(&mut image, regions, distances);
-        stage("looking for what was lost");
-        let mut lost = fit::rescue(&mut image, regions, true);
-        if lost.is_empty() && options.gamma == Gamma::Planes {
+        if options.gamma == Gamma::Planes {
             stage("fitting planes");
             embed::fit_planes(&mut image, whole);
             fit::refit(&mut image, regions);
+        }
+        let mut is_whole = false;
+        if !has_distances {
+            is_whole = !refine(&mut cells, &mut image, regions, &mut closings, stage);
+        }
+        if has_distances || is_whole {
+            stage("fitting distances");
             fit::fit_distances(&mut image, regions, distances);
-            stage("looking for what was lost");
-            lost = fit::rescue(&mut image, regions, true);
+            has_distances = true;
+            is_whole = !refine(&mut cells, &mut image, regions, &mut closings, stage);
         }
-        if !lost.is_empty() {
-            cells.refine_at(&lost);
-            fitted = Some((positions, image));
-            continue;
-        }
-        if closings > 0 && cells.refine_between(&open_seams(&image), FINEST_FOR_SEAMS) {
-            closings -= 1;
+        if !is_whole {
             fitted = Some((positions, image));
             continue;
         }
@@ -339,6 +338,25 @@ fn encode_cells(
         }
         return Ok((image, notes));
     }
+}
+
+/// Gives finer texels to what is lost, or else to seams that are open. Returns whether any did get them.
+fn refine(
+    cells: &mut CellLists<'_, 2>,
+    image: &mut Image,
+    regions: &Regions<2>,
+    closings: &mut usize,
+    stage: &mut impl FnMut(&'static str),
+) -> bool {
+    stage("looking for what was lost");
+    let lost = fit::rescue(image, regions, true);
+    if !lost.is_empty() {
+        cells.refine_at(&lost);
+        return true;
+    }
+    let is_finer = *closings > 0 && cells.refine_between(&open_seams(image), FINEST_FOR_SEAMS);
+    *closings -= usize::from(is_finer);
+    is_finer
 }
 
 /// The pixels on both sides of every seam.
