@@ -119,6 +119,31 @@ pub fn encode_with_notes(
     }
 }
 
+/// Texels of squares are of 2 of them.
+const TEXEL_OF_SQUARES_LOG2: u8 = 1;
+
+/// An image of `size` pixels from a source that has a class for each square of 2 to `scale_log2` pixels.
+pub(crate) fn encode_squares(
+    source: &Source<2>,
+    options: &EncodeOptions,
+    size: [u32; 2],
+    scale_log2: u8,
+) -> Result<Image> {
+    let stage = &mut |_| ();
+    let prepared = Prepared::new(source, options, stage)?;
+    let block_log2 = BLOCK_LOG2.min(Image::BLOCK_LOG2.end() - scale_log2);
+    let (mut image, _) = prepared.encode_in_blocks(block_log2, TEXEL_OF_SQUARES_LOG2, stage)?;
+    // Nothing but pixels is smaller than before.
+    image.size = size;
+    image.block_log2 += scale_log2;
+    for block in &mut image.blocks {
+        if let Block::Cells(cells) = block {
+            cells.texel_log2 += scale_log2;
+        }
+    }
+    Ok(image)
+}
+
 /// What encodings of one picture with any texel size have in common.
 pub(crate) struct Prepared<'a> {
     source: &'a Source<2>,
@@ -156,7 +181,15 @@ impl<'a> Prepared<'a> {
         stage: &mut impl FnMut(&'static str),
     ) -> Result<(Image, Notes)> {
         let texel_log2 = texel_size.trailing_zeros() as u8;
-        let block_log2 = BLOCK_LOG2.max(texel_log2);
+        self.encode_in_blocks(BLOCK_LOG2.max(texel_log2), texel_log2, stage)
+    }
+
+    fn encode_in_blocks(
+        &self,
+        block_log2: u8,
+        texel_log2: u8,
+        stage: &mut impl FnMut(&'static str),
+    ) -> Result<(Image, Notes)> {
         let sizes = vec![texel_log2; grid::count(grid::pieces(self.regions.size, block_log2))];
         let blocks = BlockSizes { block_log2, sizes: &sizes };
         let cut = self.cut(blocks, self.options.price, None, stage);

@@ -46,6 +46,8 @@ mod hidden;
 #[cfg(feature = "encode")]
 pub mod labels;
 #[cfg(feature = "encode")]
+mod lossy;
+#[cfg(feature = "encode")]
 mod open;
 #[cfg(feature = "encode")]
 mod sizes;
@@ -78,6 +80,8 @@ pub use forbid::{Forbidden, forbid};
 pub use gamma::Gamma;
 pub use kernel::Kernel;
 pub use limits::{Limits, MAX_CANDIDATES, MAX_REGIONS};
+#[cfg(feature = "encode")]
+pub use lossy::{Lossy, encode_lossy};
 pub use model::{Image, Model};
 #[cfg(feature = "encode")]
 pub use open::{encode_lossless, open, open_exact};

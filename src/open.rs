@@ -1,7 +1,7 @@
 //! Any file to a model, and sources to files without loss: what joins the container with the encoder.
 
-use crate::container::{self, Labels, Palette, Payload};
-use crate::encode::{EncodeOptions, encode};
+use crate::container::{self, Labels, Palette, Payload, Squares};
+use crate::encode::{EncodeOptions, encode, encode_squares};
 use crate::error::Result;
 use crate::grid;
 use crate::labels::{Connectivity, Source, components};
@@ -18,17 +18,23 @@ pub fn open(bytes: &[u8], limits: &Limits) -> Result<Image> {
     if container::payload(bytes)? == Payload::Texels {
         return container::read(bytes, limits);
     }
-    let labels = container::read_labels(bytes, limits)?;
-    let options = EncodeOptions {
-        kernel: labels.kernel,
-        gamma: labels.gamma,
-        limits: limits.clone(),
-        ..EncodeOptions::default()
-    };
-    encode(&source_of(labels, limits)?, &options, |_| ())
+    fitted(container::read_labels(bytes, limits)?, limits)
 }
 
-/// As [`open`], but a file without loss comes out pixel by pixel as it went in: to be compared or decoded
+/// The model with texels fitted to labels.
+fn fitted(labels: Labels, limits: &Limits) -> Result<Image> {
+    let (kernel, gamma) = (labels.kernel, labels.gamma);
+    let options =
+        EncodeOptions { kernel, gamma, limits: limits.clone(), ..EncodeOptions::default() };
+    let (size, scale_log2) = (labels.size, labels.scale_log2);
+    let source = source_of(labels, limits)?;
+    match scale_log2 {
+        0 => encode(&source, &options, |_| ()),
+        _ => encode_squares(&source, &options, size, scale_log2),
+    }
+}
+
+/// As [`open`], but a file with a label for each pixel comes out pixel by pixel: to be compared or decoded
 /// at its own size. From close by its boundaries are the sides of pixels.
 ///
 /// # Errors
@@ -38,6 +44,9 @@ pub fn open_exact(bytes: &[u8], limits: &Limits) -> Result<Image> {
         return container::read(bytes, limits);
     }
     let labels = container::read_labels(bytes, limits)?;
+    if labels.scale_log2 > 0 {
+        return fitted(labels, limits);
+    }
     let (kernel, gamma) = (labels.kernel, labels.gamma);
     let source = source_of(labels, limits)?;
     let regions = components(&source, Connectivity::default(), limits)?;
@@ -79,7 +88,8 @@ pub fn open_exact(bytes: &[u8], limits: &Limits) -> Result<Image> {
 }
 
 fn source_of(labels: Labels, limits: &Limits) -> Result<Source<2>> {
-    let Labels { size, palette, labels, .. } = labels;
+    let Labels { size, scale_log2, palette, labels, .. } = labels;
+    let size = grid::pieces(size, scale_log2);
     match palette {
         Palette::Colors(colors) => {
             let pixels: Vec<[u8; 4]> = labels.iter().map(|&label| colors[label as usize]).collect();
@@ -99,10 +109,15 @@ fn source_of(labels: Labels, limits: &Limits) -> Result<Source<2>> {
 /// # Errors
 /// As [`container::write_labels`].
 pub fn encode_lossless(source: &Source<2>, options: &EncodeOptions) -> Result<Vec<u8>> {
-    let palette = |classes: &[u32]| match source.has_colors() {
+    let EncodeOptions { kernel, gamma, limits, .. } = options;
+    let squares = Squares { size: source.size(), scale_log2: 0, labels: source.classes() };
+    container::write_labels(squares, palette_of(source), (*kernel, *gamma), limits)
+}
+
+/// What the classes of a source stand for, as a file has it.
+pub(crate) fn palette_of(source: &Source<2>) -> impl Fn(&[u32]) -> Palette {
+    |classes| match source.has_colors() {
         true => Palette::Colors(classes.iter().map(|&class| source.color(class)).collect()),
         false => Palette::Labels(classes.to_vec()),
-    };
-    let EncodeOptions { kernel, gamma, limits, .. } = options;
-    container::write_labels(source.size(), source.classes(), palette, (*kernel, *gamma), limits)
+    }
 }

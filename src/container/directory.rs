@@ -19,7 +19,7 @@ const MAX_CHUNKS: usize = 64;
 pub enum Payload {
     /// The model as it is drawn.
     Texels,
-    /// The source's own labels, without loss: the reader fits texels to them.
+    /// Labels of the source, one for each pixel or for squares of them: the reader fits texels to them.
     Labels,
 }
 
@@ -30,7 +30,8 @@ pub struct Header {
     pub components: u8,
     pub kernel: Kernel,
     pub gamma: Gamma,
-    pub block_log2: u8,
+    /// log₂ of the width in source pixels of a block, or of the square that a label stands for.
+    pub width_log2: u8,
     pub payload: Payload,
     pub size: [u32; 3],
 }
@@ -91,7 +92,7 @@ pub fn parse(bytes: &[u8], limits: &Limits) -> Result<(Header, Vec<Part>)> {
             "unsupported version {version}: this reader knows version {VERSION}: {advice}"
         )));
     }
-    let [dimension, components, kernel, gamma, block_log2, payload] = reader.array()?;
+    let [dimension, components, kernel, gamma, width_log2, payload] = reader.array()?;
     let size = [reader.u32()?, reader.u32()?, reader.u32()?];
     let chunks = reader.u16()? as usize;
     if reader.u16()? != 0 || chunks > MAX_CHUNKS {
@@ -146,5 +147,5 @@ pub fn parse(bytes: &[u8], limits: &Limits) -> Result<(Header, Vec<Part>)> {
         1 => Payload::Labels,
         other => return Err(Error::Unsupported(format!("payload {other}: take a newer reader"))),
     };
-    Ok((Header { dimension, components, kernel, gamma, block_log2, payload, size }, parts))
+    Ok((Header { dimension, components, kernel, gamma, width_log2, payload, size }, parts))
 }

@@ -4,9 +4,9 @@ mod bytes;
 mod chunks;
 mod directory;
 #[cfg(feature = "encode")]
-mod labels;
+mod label_file;
 #[cfg(feature = "encode")]
-mod lossless;
+mod labels;
 #[cfg(feature = "encode")]
 mod notes;
 mod read;
@@ -16,7 +16,9 @@ mod write;
 
 pub use directory::{Part, Payload, parts, payload};
 #[cfg(feature = "encode")]
-pub use lossless::{Labels, Palette, read_labels, write_labels};
+pub use label_file::{Labels, MAX_SCALE_LOG2, Palette, Squares, read_labels, write_labels};
+#[cfg(feature = "encode")]
+pub use labels::simplify as simplify_labels;
 #[cfg(feature = "encode")]
 pub use notes::{Notes, notes};
 pub use read::read;
@@ -24,7 +26,7 @@ pub use read::read;
 pub use write::{write, write_with};
 
 /// The version that this crate writes, and the only one it reads.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// The first bytes of every file. The first is no ASCII and the last two a line end, so that a
 /// transfer that strips a bit or changes line ends shows at once.

@@ -31,7 +31,7 @@ pub fn read(bytes: &[u8], limits: &Limits) -> Result<Image> {
         size: [header.size[0], header.size[1]],
         kernel: header.kernel,
         gamma: header.gamma,
-        block_log2: header.block_log2,
+        block_log2: header.width_log2,
         regions: Vec::new(),
         nodes: Vec::new(),
         edges: Vec::new(),

@@ -50,7 +50,7 @@ pub fn write_with(model: &Image, notes: &Notes) -> Result<Vec<u8>> {
             components: 3,
             kernel: model.kernel,
             gamma: model.gamma,
-            block_log2: model.block_log2,
+            width_log2: model.block_log2,
             payload: Payload::Texels,
             size: [width, height, 1],
         },
@@ -74,7 +74,7 @@ pub(super) fn assemble(header: &Header, chunks: &[([u8; 4], Vec<u8>)]) -> Result
             Gamma::Voronoi => 0,
             Gamma::Planes => 1,
         },
-        header.block_log2,
+        header.width_log2,
         match header.payload {
             Payload::Texels => 0,
             Payload::Labels => 1,

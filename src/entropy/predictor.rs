@@ -138,14 +138,30 @@ impl Predictor {
         experts: &[i32],
         rows: &[usize],
     ) -> bool {
-        self.look(logistic, contexts, experts);
+        self.look::<true>(logistic, contexts, experts);
         self.mix(logistic, rows);
         let bit = coder.code(bit, self.p as u32);
         self.learn(bit);
         bit
     }
 
-    fn look(&mut self, logistic: &Logistic, contexts: &[u32], experts: &[i32]) {
+    /// How likely a yes is, in 65536ths; nothing is learned.
+    #[cfg(feature = "encode")]
+    pub fn likelihood(
+        &mut self,
+        logistic: &Logistic,
+        contexts: &[u32],
+        experts: &[i32],
+        rows: &[usize],
+    ) -> u32 {
+        self.look::<false>(logistic, contexts, experts);
+        self.mix(logistic, rows);
+        self.p as u32
+    }
+
+    /// Takes what each context's slot says, and the experts. To learn from what comes of it, contexts
+    /// must have slots of their own.
+    fn look<const LEARNS: bool>(&mut self, logistic: &Logistic, contexts: &[u32], experts: &[i32]) {
         let (from_contexts, others) = self.inputs.split_at_mut(contexts.len() * PER_CONTEXT);
         others[..experts.len()].copy_from_slice(experts);
         others[experts.len()] = 256;
@@ -154,9 +170,13 @@ impl Predictor {
             let scattered = scatter(contexts[i], i as u32);
             let place = (scattered >> (32 - self.slots_log2)) as usize;
             let check = scattered as u16;
-            let place = find(&mut self.slots, place, check);
-            self.places[i] = place;
-            let slot = &self.slots[place];
+            let slot = if LEARNS {
+                self.places[i] = find(&mut self.slots, place, check);
+                self.slots[self.places[i]]
+            } else {
+                let beside = [place, place ^ 1].map(|place| self.slots[place]);
+                beside.into_iter().find(|slot| slot.check == check).unwrap_or(Slot::new(check))
+            };
             let trust = TRUST[usize::from(slot.seen).min(TRUST.len() - 1)];
             inputs[0] = (logistic.stretch(slot.settled) * trust) >> 8;
             inputs[1] = if slot.seen == 0 {

@@ -6,7 +6,7 @@ use crate::tell::{aside, tell};
 use crate::{Outcome, files, progress};
 use clap::ValueEnum;
 use istar::labels::Connectivity;
-use istar::{Chosen, EncodeOptions, Forbidden, Gamma, Kernel, Target, container};
+use istar::{Chosen, EncodeOptions, Forbidden, Gamma, Kernel, Lossy, Target, container};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -33,15 +33,19 @@ struct Options {
     /// the picture has its own, as it pays
     #[arg(long, value_name = "N")]
     texel_size: Option<u32>,
-    /// Choose the coarsest texels that reach this PSNR
+    /// The smallest file that reaches this PSNR
     #[arg(long, value_name = "DB", conflicts_with = "texel_size", value_parser = decibels)]
     psnr: Option<f64>,
-    /// Choose the finest texels whose file fits into N bytes
+    /// The best file of at most N bytes
     #[arg(long, value_name = "N", conflicts_with_all = ["texel_size", "psnr"])]
     max_bytes: Option<u64>,
     /// Keep every pixel: the file holds the picture's labels, and what draws it fits texels to them
     #[arg(long, conflicts_with_all = ["texel_size", "psnr", "max_bytes", "min_region", "forbid"])]
     lossless: bool,
+    /// What the file holds. Without it labels where --psnr or --max-bytes are given, and texels else and
+    /// where --min-region, --forbid or --regions ask for what labels cannot tell
+    #[arg(long, value_enum, conflicts_with = "lossless")]
+    payload: Option<PayloadName>,
     /// What a region is
     #[arg(long, value_enum, default_value_t, conflicts_with = "lossless")]
     regions: RegionKind,
@@ -85,6 +89,14 @@ fn class(word: &str) -> Option<u32> {
     Some(if color & 0xff == 0 { 0 } else { color.swap_bytes() })
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PayloadName {
+    /// The picture as it is drawn: opens at once
+    Texels,
+    /// Labels, far smaller: what opens the file fits texels to them first. Takes --psnr or --max-bytes
+    Labels,
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum KernelName {
     /// Smooth curves
@@ -101,7 +113,7 @@ enum GammaName {
     Planes,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum ConnectivityName {
     /// Those that share a side with it
     #[value(name = "4")]
@@ -136,6 +148,11 @@ pub fn run(args: &Args) -> Outcome {
     }
     let psnr = args.options.psnr.map(Target::Psnr);
     let target = psnr.or(args.options.max_bytes.map(Target::MaxBytes));
+    if let Some(target) = target
+        && args.options.holds_labels()?
+    {
+        return encode_lossy(args, &options, target, output);
+    }
     let (Chosen { image, psnr, .. }, bytes) =
         encode_file(&args.input, args.options.regions, &options, target)?;
     output.finish(&bytes)?;
@@ -164,6 +181,59 @@ pub fn run(args: &Args) -> Outcome {
         )?;
     }
     Ok(())
+}
+
+impl Options {
+    /// Whether a file for a target is of labels.
+    fn holds_labels(&self) -> Result<bool, String> {
+        let needs_texels = self.min_region > 0
+            || !self.forbid.is_empty()
+            || self.regions != RegionKind::Exact
+            || self.connectivity != ConnectivityName::Four;
+        match self.payload {
+            Some(PayloadName::Labels) if needs_texels => {
+                Err("--payload labels goes with no --min-region, --forbid, --regions or --connectivity: \
+                     leave them out, or the payload"
+                    .into())
+            }
+            payload => Ok(payload.map_or(!needs_texels, |payload| payload == PayloadName::Labels)),
+        }
+    }
+}
+
+fn encode_lossy(
+    args: &Args,
+    options: &EncodeOptions,
+    target: Target,
+    output: files::Output,
+) -> Outcome {
+    let stages = progress::Stages::new();
+    stages.set("reading");
+    let source = pictures::read_source(&args.input, RegionKind::Exact, &options.limits)?;
+    let stage = |stage| stages.set(stage);
+    let Lossy { bytes, scale, psnr } = istar::encode_lossy(&source, options, target, stage)
+        .map_err(|error| files::at(&args.input, &error))?;
+    drop(stages);
+    output.finish(&bytes)?;
+    let [width, height] = source.size();
+    if args.json {
+        // JSON has no infinity.
+        let told = json!({
+            "bytes": bytes.len(),
+            "size": source.size(),
+            "lossless": psnr.is_infinite(),
+            "psnr": psnr.is_finite().then_some(psnr),
+            "label_size": scale,
+        });
+        return tell!("{told}");
+    }
+    let quality = match (psnr.is_infinite(), scale) {
+        (true, _) => "without loss".into(),
+        (_, 1) => format!("{psnr:.2} dB"),
+        _ => format!("{psnr:.2} dB, a label for {scale}×{scale} pixels"),
+    };
+    let name = args.output.display();
+    tell!("{name}: {width}×{height} pixels, {} bytes, {quality}", bytes.len())
 }
 
 fn encode_lossless(args: &Args, options: &EncodeOptions, output: files::Output) -> Outcome {

@@ -52,6 +52,8 @@ fn reads_the_same_again(image: &Image, bytes: &[u8]) -> istar::Result<bool> {
     // Labels are numbered as a file has them: so they are again.
     let palette = |_: &[u32]| read.palette.clone();
     let kind = (read.kernel, read.gamma);
-    let again = container::write_labels(read.size, &read.labels, palette, kind, &limits)?;
+    let container::Labels { size, scale_log2, ref labels, .. } = read;
+    let squares = container::Squares { size, scale_log2, labels };
+    let again = container::write_labels(squares, palette, kind, &limits)?;
     Ok(container::read_labels(&again, &limits)? == read)
 }

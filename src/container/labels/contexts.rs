@@ -82,6 +82,18 @@ impl Curves {
         Curves { fits: FITS.map(|(n, degree)| Fit::new(n, degree)), misses: [0; CURVES] }
     }
 
+    /// What is known of the last steps.
+    #[cfg(feature = "encode")]
+    pub fn misses(&self) -> [u8; CURVES] {
+        self.misses
+    }
+
+    /// Takes other steps for the last ones.
+    #[cfg(feature = "encode")]
+    pub fn set_misses(&mut self, misses: [u8; CURVES]) {
+        self.misses = misses;
+    }
+
     pub fn forget(&mut self) {
         self.misses = [0; CURVES];
     }
@@ -181,6 +193,12 @@ impl Step {
             best * 10 + curves.record(best) as usize,
         ];
         Step { contexts, rows, ahead, aside }
+    }
+
+    /// Its contexts where so much is known of the corner: see [`number`](super::trace::number).
+    pub fn contexts_in(&self, state: usize) -> [u32; STEP_CONTEXTS] {
+        let salt = (state as u32).wrapping_mul(0x2545_f491);
+        self.contexts.map(|context| context.wrapping_add(salt))
     }
 }
 

@@ -45,12 +45,14 @@ pub enum Square {
 }
 
 /// A layer of squares.
+#[derive(Clone)]
 struct Layer {
     size: [u32; 2],
     squares: Vec<u8>,
 }
 
 /// Cracks, and what is known of them.
+#[derive(Clone)]
 pub struct Lattice {
     /// Of the picture, in pixels.
     size: [u32; 2],
@@ -219,6 +221,21 @@ impl Lattice {
         }
         lattice.find_starts();
         lattice
+    }
+
+    /// Sets whether a crack runs from `c` in direction `d`.
+    pub fn put(&mut self, c: Corner, d: u32, is_there: bool) {
+        if let Some((at, mark)) = self.crack(c, d) {
+            self.marks[at] = if is_there { self.marks[at] | mark } else { self.marks[at] & !mark };
+        }
+    }
+
+    /// Takes a corner for seen, for the time being, or no longer. Returns whether it was not so before.
+    pub fn pretend(&mut self, c: Corner, is_seen: bool) -> bool {
+        let at = self.index(c);
+        let before = self.marks[at] & SEEN != 0;
+        self.marks[at] = if is_seen { self.marks[at] | SEEN } else { self.marks[at] & !SEEN };
+        before != is_seen
     }
 
     fn find_starts(&mut self) {

@@ -8,9 +8,13 @@
 
 mod contexts;
 mod faces;
+#[cfg(feature = "encode")]
+mod islands;
 mod lattice;
 mod numbers;
 mod path;
+#[cfg(feature = "encode")]
+mod simplify;
 mod starts;
 mod trace;
 
@@ -25,6 +29,10 @@ use crate::limits::Limits;
 use faces::Faces;
 use lattice::Lattice;
 use numbers::Numbers;
+#[cfg(feature = "encode")]
+pub use simplify::simplify;
+#[cfg(feature = "encode")]
+use std::borrow::Cow;
 use trace::Tracer;
 
 /// Sides stay below this, so that what is computed from places fits 32 bits.
@@ -72,7 +80,7 @@ pub fn encode(size: [u32; 2], labels: &[u32], limits: &Limits) -> Result<Coded> 
     let mut bytes = Vec::new();
     push_varint(&mut bytes, order.len() as u32);
     let (mut encoder, logistic) = (Encoder::new(), Logistic::new());
-    Tracer::new(size, &mut encoder, &logistic, Some(&truth)).run();
+    Tracer::new(size, &mut encoder, &logistic, Some(Cow::Borrowed(&truth))).run();
     let number = |pixel: u32| numbered[&labels[pixel as usize]];
     Numbers::code(size, &faces, order.len() as u32, &mut encoder, &logistic, number);
     bytes.extend(encoder.finish());

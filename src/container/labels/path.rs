@@ -11,6 +11,7 @@ pub const RIGHT: u32 = 2;
 pub const MEMORY: usize = 52;
 
 /// The last corners of a chain of cracks.
+#[derive(Clone)]
 pub struct Path {
     xs: Vec<i32>,
     ys: Vec<i32>,

@@ -12,33 +12,39 @@ use super::contexts::{
 };
 use super::lattice::{Corner, Lattice};
 use super::path::{LEFT, Path};
+#[cfg(feature = "encode")]
+use super::simplify::Editor;
 use super::starts::{START_SHAPE, start_contexts};
 use crate::entropy::{Coder, Logistic, Predictor, Shape};
+use std::borrow::Cow;
 
 /// States of a corner's three directions: each absent, present or open.
 const STATES: usize = 27;
 /// What is asked of branches: whether there is one to the first side, to the other, or at all.
 const QUESTIONS: usize = 3;
-const ABSENT: usize = 0;
+pub(super) const ABSENT: usize = 0;
 const PRESENT: usize = 1;
-const OPEN: usize = 2;
+pub(super) const OPEN: usize = 2;
 
 /// Codes the cracks of one picture.
 pub struct Tracer<'a, C> {
     coder: &'a mut C,
-    logistic: &'a Logistic,
+    pub(super) logistic: &'a Logistic,
     /// The cracks to be written; none where they are read.
-    truth: Option<&'a Lattice>,
-    lattice: Lattice,
-    step: Predictor,
+    pub(super) truth: Option<Cow<'a, Lattice>>,
+    /// What changes the cracks to be written as they come, where not all need to be kept.
+    #[cfg(feature = "encode")]
+    pub(super) editor: Option<Box<Editor<'a>>>,
+    pub(super) lattice: Lattice,
+    pub(super) step: Predictor,
     branch: Predictor,
     start: Predictor,
-    path: Path,
-    curves: Curves,
+    pub(super) path: Path,
+    pub(super) curves: Curves,
     /// Corners, as numbers, from which more cracks lead on.
     pending: Vec<u32>,
-    origin: Corner,
-    steps: u32,
+    pub(super) origin: Corner,
+    pub(super) steps: u32,
 }
 
 impl<'a, C: Coder> Tracer<'a, C> {
@@ -47,7 +53,7 @@ impl<'a, C: Coder> Tracer<'a, C> {
         size: [u32; 2],
         coder: &'a mut C,
         logistic: &'a Logistic,
-        truth: Option<&'a Lattice>,
+        truth: Option<Cow<'a, Lattice>>,
     ) -> Self {
         let slots_log2 = Lattice::corners(size).ilog2().clamp(12, 16);
         let step_rows = STEP_ROWS.map(|rows| 2 * rows);
@@ -56,6 +62,8 @@ impl<'a, C: Coder> Tracer<'a, C> {
             coder,
             logistic,
             truth,
+            #[cfg(feature = "encode")]
+            editor: None,
             lattice: Lattice::new(size),
             step: Predictor::new(&Shape {
                 contexts: STEP_CONTEXTS,
@@ -87,6 +95,14 @@ impl<'a, C: Coder> Tracer<'a, C> {
         self.lattice
     }
 
+    /// Codes all cracks, and returns the labels that are left when the editor is done.
+    #[cfg(feature = "encode")]
+    pub fn run_edited(mut self) -> Vec<u32> {
+        let top = self.lattice.top();
+        self.square(top, 0, 0, 0, false);
+        self.editor.map(|editor| editor.labels).unwrap_or_default()
+    }
+
     /// Codes what starts in square (x, y) of a layer, and whether anything does: `certain` where that
     /// is known. `siblings` says what came before it in the square around, as a context.
     fn square(&mut self, layer: usize, x: i32, y: i32, siblings: u32, certain: bool) -> bool {
@@ -95,7 +111,7 @@ impl<'a, C: Coder> Tracer<'a, C> {
             return false;
         }
         let starts = certain || {
-            let truth = self.truth.is_some_and(|truth| truth.starts(layer, x, y));
+            let truth = self.truth.as_ref().is_some_and(|truth| truth.starts(layer, x, y));
             let (contexts, rows) = start_contexts(&self.lattice, layer, x, y, siblings);
             self.start.code(self.logistic, self.coder, truth, &contexts, &[], &rows)
         };
@@ -160,6 +176,11 @@ impl<'a, C: Coder> Tracer<'a, C> {
             if self.lattice.on_frame(corner) || self.coder.exhausted() {
                 return;
             }
+            #[cfg(feature = "encode")]
+            if let Some(mut editor) = self.editor.take() {
+                editor.consider(self, corner, d);
+                self.editor = Some(editor);
+            }
             let Some(turn) = self.corner(corner, d) else { return };
             self.path.turn(turn);
             d = turned(d, turn);
@@ -194,10 +215,10 @@ impl<'a, C: Coder> Tracer<'a, C> {
             }
             let open = states.iter().filter(|&&state| state == OPEN).count();
             let present = states.iter().filter(|&&state| state == PRESENT).count();
-            let truth =
-                |k: usize| self.truth.is_some_and(|truth| truth.has(corner, turned(d, turns[k])));
-            let state = states[0] * 9 + states[1] * 3 + states[2];
-            let salt = (state as u32).wrapping_mul(0x2545_f491);
+            let truth = |k: usize| {
+                self.truth.as_ref().is_some_and(|truth| truth.has(corner, turned(d, turns[k])))
+            };
+            let state = number(states);
             let mut ask = |what: usize, truth: bool| {
                 let branch = branch.get_or_insert_with(|| Branch::new(&head));
                 let what = state * QUESTIONS + what;
@@ -222,7 +243,7 @@ impl<'a, C: Coder> Tracer<'a, C> {
                 let aside = usize::from(k != 0);
                 let experts = if k == 0 { &step.ahead } else { &step.aside };
                 let rows = step.rows.map(|row| 2 * row + aside);
-                let contexts = step.contexts.map(|context| context.wrapping_add(salt));
+                let contexts = step.contexts_in(state);
                 let truth = truth(k);
                 self.step.code(self.logistic, self.coder, truth, &contexts, experts, &rows)
             };
@@ -249,8 +270,13 @@ impl<'a, C: Coder> Tracer<'a, C> {
     }
 }
 
+/// What is known of a corner's three directions, as a number.
+pub(super) fn number(states: [usize; 3]) -> usize {
+    states[0] * 9 + states[1] * 3 + states[2]
+}
+
 /// The direction after a turn.
-fn turned(d: u32, turn: u32) -> u32 {
+pub(super) fn turned(d: u32, turn: u32) -> u32 {
     match turn {
         0 => d,
         LEFT => (d + 3) & 3,

@@ -1,5 +1,5 @@
-//! The labels payload: the source as it is, without loss, in far fewer bytes than texels take. What
-//! draws the picture fits texels to it first.
+//! The labels payload: those of the source, for each pixel or for squares of pixels, in far fewer bytes
+//! than texels take. What draws the picture fits texels to them first.
 
 use super::bytes::{Reader, push_varint};
 use super::chunks::{all, unpack};
@@ -7,23 +7,40 @@ use super::directory::{self, Header, Payload};
 use super::{labels, write};
 use crate::error::{Error, Result};
 use crate::gamma::Gamma;
+use crate::grid;
 use crate::kernel::Kernel;
 use crate::limits::Limits;
-use crate::model::Image;
 
 /// The labels of a picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Labels {
     /// Source pixels along each axis.
     pub size: [u32; 2],
+    /// log₂ of the width in source pixels of the square that a label stands for: 0 where each pixel has
+    /// its own. Squares start at the origin; those at the far sides reach beyond the picture.
+    pub scale_log2: u8,
     /// The interpolation that texels are to be fitted for.
     pub kernel: Kernel,
     /// The decoding function that they are to be fitted for.
     pub gamma: Gamma,
     /// What labels stand for.
     pub palette: Palette,
-    /// The label of each pixel, x fastest: an index into the palette.
+    /// The label of each square, x fastest: an index into the palette.
     pub labels: Vec<u32>,
+}
+
+/// A label stands for squares of this width at most, as log₂.
+pub const MAX_SCALE_LOG2: u8 = 4;
+
+/// What texels are to be fitted to.
+#[derive(Debug, Clone, Copy)]
+pub struct Squares<'a> {
+    /// As in [`Labels`].
+    pub size: [u32; 2],
+    /// As in [`Labels`].
+    pub scale_log2: u8,
+    /// A label for each square, x fastest: any numbers.
+    pub labels: &'a [u32],
 }
 
 /// What labels stand for.
@@ -47,29 +64,34 @@ impl Palette {
 
 const KNOWN: [([u8; 4], &str); 2] = [(*b"PALT", "palette"), (*b"LABL", "labels")];
 
-/// Writes a whole file: a label for each pixel, x fastest, and the palette of those labels that it is
-/// asked for, in that order. Kernel and γ are those that texels are to be fitted for.
+/// Writes a whole file: labels, and the palette of those labels that it is asked for, in that order.
+/// Kernel and γ are those that texels are to be fitted for.
 ///
 /// # Errors
-/// [`Error::Usage`] where the labels are not one for each pixel, there are none, or the palette is not
-/// of as many; [`Error::Limit`] for a picture that a reader with the same limits would refuse.
+/// [`Error::Usage`] where the labels are not one for each square, there are none, squares are too wide,
+/// or the palette is not of as many; [`Error::Limit`] for a picture that a reader with the same limits would refuse.
 pub fn write_labels(
-    size: [u32; 2],
-    labels: &[u32],
+    squares: Squares<'_>,
     palette: impl FnOnce(&[u32]) -> Palette,
     (kernel, gamma): (Kernel, Gamma),
     limits: &Limits,
 ) -> Result<Vec<u8>> {
+    let Squares { size, scale_log2, labels } = squares;
+    if scale_log2 > MAX_SCALE_LOG2 {
+        return Err(Error::Usage(format!("labels for squares of 2^{scale_log2} pixels: too wide")));
+    }
+    limits.check_size(size)?;
     let header = Header {
         dimension: 2,
         components: 3,
         kernel,
         gamma,
-        block_log2: *Image::BLOCK_LOG2.end(),
+        width_log2: scale_log2,
         payload: Payload::Labels,
         size: [size[0], size[1], 1],
     };
-    let labels::Coded { bytes, order } = labels::encode(size, labels, limits)?;
+    let labels::Coded { bytes, order } =
+        labels::encode(grid::pieces(size, scale_log2), labels, limits)?;
     let palette = palette(&order);
     if palette.len() != order.len() {
         return Err(Error::Usage("a label is not in the palette: give one for each".into()));
@@ -93,17 +115,19 @@ pub fn read_labels(bytes: &[u8], limits: &Limits) -> Result<Labels> {
             "the file does not hold an image in RGB: take a newer reader".into(),
         ));
     }
-    if !Image::BLOCK_LOG2.contains(&header.block_log2) {
-        return Err(Error::malformed("header", "a block size out of range"));
+    let scale_log2 = header.width_log2;
+    if scale_log2 > MAX_SCALE_LOG2 {
+        return Err(Error::malformed("header", "labels for squares that are too wide"));
     }
     let size = [header.size[0], header.size[1]];
+    limits.check_size(size)?;
     let [palette, packed] = all(unpack(bytes, &parts, &KNOWN)?, &KNOWN)?;
     let palette = unpack_palette(&palette)?;
-    let (labels, count) = labels::decode(&packed, size, limits)?;
+    let (labels, count) = labels::decode(&packed, grid::pieces(size, scale_log2), limits)?;
     if count as usize != palette.len() {
         return Err(Error::malformed("palette", "not as many as there are labels"));
     }
-    Ok(Labels { size, kernel: header.kernel, gamma: header.gamma, palette, labels })
+    Ok(Labels { size, scale_log2, kernel: header.kernel, gamma: header.gamma, palette, labels })
 }
 
 const COLORS: u8 = 0;

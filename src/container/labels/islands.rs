@@ -1,0 +1,81 @@
+//! Areas that take more bits than they are worth.
+
+use std::collections::BTreeMap;
+
+/// About the bits of an area of its own: to say where it starts and what it is, and for each crack
+/// around it.
+const AREA_BITS: f32 = 14.0;
+const CRACK_BITS: f32 = 1.0;
+/// Areas of more pixels are never merged.
+const LARGE: usize = 1 << 12;
+/// Times that all areas are looked at.
+const ROUNDS: usize = 2;
+
+/// Gives areas of one label the label of one beside them, where their bits are not worth what is wrong
+/// then: `error` is that of a label at a pixel, `price` what a bit may cost.
+pub fn merge_islands(
+    size: [u32; 2],
+    labels: &mut [u32],
+    error: &(dyn Fn(usize, u32) -> f32 + Sync),
+    price: f32,
+) {
+    let [w, h] = size.map(|n| n as usize);
+    let mut area: Vec<usize> = Vec::new();
+    let mut ahead: Vec<usize> = Vec::new();
+    for _ in 0..ROUNDS {
+        let mut is_done = vec![false; labels.len()];
+        let mut has_merged = false;
+        for first in 0..labels.len() {
+            if is_done[first] {
+                continue;
+            }
+            let own = labels[first];
+            area.clear();
+            ahead.push(first);
+            is_done[first] = true;
+            let mut around: BTreeMap<u32, u32> = BTreeMap::new();
+            let mut count = 0;
+            while let Some(at) = ahead.pop() {
+                count += 1;
+                if count <= LARGE {
+                    area.push(at);
+                }
+                let (x, y) = (at % w, at / w);
+                let beside = [
+                    (x > 0).then(|| at - 1),
+                    (x + 1 < w).then(|| at + 1),
+                    (y > 0).then(|| at - w),
+                    (y + 1 < h).then(|| at + w),
+                ];
+                for next in beside.into_iter().flatten() {
+                    if labels[next] != own {
+                        if count <= LARGE {
+                            *around.entry(labels[next]).or_default() += 1;
+                        }
+                    } else if !is_done[next] {
+                        is_done[next] = true;
+                        ahead.push(next);
+                    }
+                }
+            }
+            if count > LARGE {
+                continue;
+            }
+            let before: f32 = area.iter().map(|&at| error(at, own)).sum();
+            let cost = |to: u32| area.iter().map(|&at| error(at, to)).sum::<f32>() - before;
+            // The boundary with others stays.
+            let best = around.iter().map(|(&to, &shared)| {
+                (cost(to) - price * (AREA_BITS + CRACK_BITS * shared as f32), to)
+            });
+            if let Some((gain, to)) = best.min_by(|a, b| a.0.total_cmp(&b.0))
+                && gain < 0.0
+            {
+                area.iter().for_each(|&at| labels[at] = to);
+                has_merged = true;
+            }
+        }
+        if !has_merged {
+            break;
+        }
+    }
+}

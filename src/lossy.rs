@@ -1,0 +1,297 @@
+//! Files of labels that are smaller than those without loss: the search over how many pixels a label
+//! stands for, and over what a bit is worth.
+
+use crate::compare::compare;
+use crate::container::{self, MAX_SCALE_LOG2, Squares};
+use crate::encode::EncodeOptions;
+use crate::error::{Error, Result};
+use crate::grid;
+use crate::labels::Source;
+use crate::open::{encode_lossless, open_exact, palette_of};
+use crate::target::Target;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// What another label costs beside its colour, as a part of black for white: labels of one colour are
+/// still two.
+const LABEL_COST: f32 = 0.01;
+/// log₂ of the lowest and the highest price of a bit that is tried, in pixels of black for white.
+const PRICES: [f64; 2] = [-7.0, 5.0];
+/// Times that the range is cut, into three: two prices are tried at once.
+const CUTS: usize = 4;
+/// A file of at least this part of the bytes wanted is as good as one of all.
+const NEAR: f64 = 0.985;
+/// Labels that take more than so many times the bytes wanted are not worth simplifying.
+const TOO_MANY: f64 = 1.8;
+
+/// A file of labels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lossy {
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// Pixels that a label stands for, along each axis.
+    pub scale: u32,
+    /// The PSNR with which the picture comes back, in dB: see [`Comparison::psnr`](crate::Comparison::psnr).
+    /// Infinite without loss.
+    pub psnr: f64,
+}
+
+/// A file of labels with the fewest bytes for a PSNR, or the best PSNR for a number of bytes: without loss
+/// where that does not take more. Boundaries are simplified and areas merged where that saves most; below
+/// some number of bytes a label stands for a square of pixels, and texels that are fitted to them make
+/// boundaries smooth again. Of the options only limits count, and what says what is to be fitted later:
+/// kernel and γ. The source's distances are left out.
+///
+/// # Errors
+/// As [`encode_lossless`]; [`Error::Usage`] where a PSNR is not a number above 0, or no labels make a file
+/// small enough.
+pub fn encode_lossy(
+    source: &Source<2>,
+    options: &EncodeOptions,
+    target: Target,
+    mut stage: impl FnMut(&'static str),
+) -> Result<Lossy> {
+    if let Target::Psnr(psnr) = target
+        && (psnr.is_nan() || psnr <= 0.0)
+    {
+        return Err(Error::Usage(format!("{psnr} dB is no PSNR: give a number above 0")));
+    }
+    stage("packing labels");
+    let bytes = encode_lossless(source, options)?;
+    let exact = Lossy { bytes, scale: 1, psnr: f64::INFINITY };
+    let search = Search { source, options, colors: colors(source) };
+    match target {
+        Target::MaxBytes(most) if exact.bytes.len() as u64 <= most => Ok(exact),
+        Target::MaxBytes(most) => search.best_within(most, exact, &mut stage),
+        Target::Psnr(psnr) => search.smallest_at(psnr, exact, &mut stage),
+    }
+}
+
+/// The colour of each class, multiplied by its opacity, from 0 to 1.
+fn colors(source: &Source<2>) -> FxHashMap<u32, [f32; 3]> {
+    let mut colors = FxHashMap::default();
+    let mut last = None;
+    for &class in source.classes() {
+        if last.replace(class) != Some(class) {
+            colors.entry(class).or_insert_with(|| {
+                let [r, g, b, a] = source.color(class).map(|x| f32::from(x) / 255.0);
+                [r * a, g * a, b * a]
+            });
+        }
+    }
+    colors
+}
+
+struct Search<'a> {
+    source: &'a Source<2>,
+    options: &'a EncodeOptions,
+    colors: FxHashMap<u32, [f32; 3]>,
+}
+
+/// A class for each square of pixels.
+struct Reduced {
+    scale_log2: u8,
+    size: [u32; 2],
+    classes: Vec<u32>,
+}
+
+impl Search<'_> {
+    fn best_within(
+        &self,
+        most: u64,
+        exact: Lossy,
+        stage: &mut impl FnMut(&'static str),
+    ) -> Result<Lossy> {
+        let mut best: Option<Lossy> = None;
+        let mut least = exact.bytes.len();
+        for scale_log2 in 0..=MAX_SCALE_LOG2 {
+            stage("reducing labels");
+            let reduced = self.reduced(scale_log2);
+            let whole = match scale_log2 {
+                0 => exact.bytes.clone(),
+                _ => self.file(&reduced, &reduced.classes)?,
+            };
+            least = least.min(whole.len());
+            if whole.len() as f64 > TOO_MANY * most as f64 && scale_log2 < MAX_SCALE_LOG2 {
+                continue;
+            }
+            stage("simplifying labels");
+            let is_whole = whole.len() as u64 <= most;
+            let found = if is_whole {
+                Some(whole)
+            } else {
+                let [low, high] = PRICES;
+                let tell = |bytes: &[u8]| match bytes.len() as u64 <= most {
+                    true if bytes.len() as f64 >= NEAR * most as f64 => Ok(Told::Near),
+                    true => Ok(Told::Good),
+                    false => Ok(Told::Bad),
+                };
+                self.nearest(&reduced, high, low, tell)?
+            };
+            let Some(bytes) = found else { continue };
+            stage("comparing");
+            let psnr = self.psnr(&bytes)?;
+            if best.as_ref().is_none_or(|best| psnr > best.psnr) {
+                best = Some(Lossy { bytes, scale: 1 << scale_log2, psnr });
+            }
+            if is_whole {
+                // Wider squares tell less.
+                break;
+            }
+        }
+        best.ok_or_else(|| {
+            Error::Usage(format!(
+                "it cannot be encoded in {most} bytes: labels of squares of {} pixels take {least}: allow \
+                 more",
+                1 << MAX_SCALE_LOG2
+            ))
+        })
+    }
+
+    fn smallest_at(
+        &self,
+        wanted: f64,
+        exact: Lossy,
+        stage: &mut impl FnMut(&'static str),
+    ) -> Result<Lossy> {
+        for scale_log2 in (0..=MAX_SCALE_LOG2).rev() {
+            stage("reducing labels");
+            let reduced = self.reduced(scale_log2);
+            let mut whole = exact.clone();
+            if scale_log2 > 0 {
+                let bytes = self.file(&reduced, &reduced.classes)?;
+                let psnr = self.psnr(&bytes)?;
+                whole = Lossy { bytes, scale: 1 << scale_log2, psnr };
+            }
+            if whole.psnr < wanted {
+                continue;
+            }
+            stage("simplifying labels");
+            let [low, high] = PRICES;
+            let tell = |bytes: &[u8]| match self.psnr(bytes)? >= wanted {
+                true => Ok(Told::Good),
+                false => Ok(Told::Bad),
+            };
+            let Some(bytes) = self.nearest(&reduced, low, high, tell)? else { return Ok(whole) };
+            let psnr = self.psnr(&bytes)?;
+            return Ok(Lossy { bytes, ..whole }).map(|lossy| Lossy { psnr, ..lossy });
+        }
+        Ok(exact)
+    }
+
+    /// The file at the price nearest to `bad` that is good, of those tried from `good` on; none where none
+    /// is. Prices are log₂ of what a bit may cost.
+    fn nearest(
+        &self,
+        reduced: &Reduced,
+        mut good: f64,
+        mut bad: f64,
+        tell: impl Fn(&[u8]) -> Result<Told> + Sync,
+    ) -> Result<Option<Vec<u8>>> {
+        let mut best = None;
+        for _ in 0..CUTS {
+            let prices = [1.0, 2.0].map(|third| good + (bad - good) * third / 3.0);
+            let tried: Vec<(Vec<u8>, Told)> = prices
+                .par_iter()
+                .map(|price| {
+                    let bytes = self.simplified(reduced, *price)?;
+                    let told = tell(&bytes)?;
+                    Ok((bytes, told))
+                })
+                .collect::<Result<_>>()?;
+            for ((bytes, told), price) in tried.into_iter().zip(prices) {
+                if told == Told::Bad {
+                    bad = price;
+                    break;
+                }
+                good = price;
+                best = Some(bytes);
+                if told == Told::Near {
+                    return Ok(best);
+                }
+            }
+        }
+        Ok(best)
+    }
+
+    /// The file where a bit is worth so much, as log₂ of pixels of black for white.
+    fn simplified(&self, reduced: &Reduced, price: f64) -> Result<Vec<u8>> {
+        let pixels = |square: usize| self.pixels(reduced, square);
+        let error = |square: usize, class: u32| {
+            pixels(square).map(|pixel| self.unlike(self.source.classes()[pixel], class)).sum()
+        };
+        let classes = container::simplify_labels(
+            reduced.size,
+            reduced.classes.clone(),
+            &error,
+            price.exp2() as f32,
+            &self.options.limits,
+        )?;
+        self.file(reduced, &classes)
+    }
+
+    fn file(&self, reduced: &Reduced, classes: &[u32]) -> Result<Vec<u8>> {
+        let EncodeOptions { kernel, gamma, limits, .. } = self.options;
+        let size = self.source.size();
+        let squares = Squares { size, scale_log2: reduced.scale_log2, labels: classes };
+        container::write_labels(squares, palette_of(self.source), (*kernel, *gamma), limits)
+    }
+
+    fn psnr(&self, bytes: &[u8]) -> Result<f64> {
+        Ok(compare(&open_exact(bytes, &self.options.limits)?, self.source)?.psnr)
+    }
+
+    /// For each square of 2 to `scale_log2` pixels the class that is least wrong there.
+    fn reduced(&self, scale_log2: u8) -> Reduced {
+        let size = grid::pieces(self.source.size(), scale_log2);
+        let mut reduced = Reduced { scale_log2, size, classes: Vec::new() };
+        let truth = self.source.classes();
+        if scale_log2 == 0 {
+            reduced.classes = truth.to_vec();
+            return reduced;
+        }
+        let best = |square: usize| {
+            let mut counts: Vec<(u32, f32)> = Vec::new();
+            for pixel in self.pixels(&reduced, square) {
+                match counts.iter_mut().find(|(class, _)| *class == truth[pixel]) {
+                    Some((_, count)) => *count += 1.0,
+                    None => counts.push((truth[pixel], 1.0)),
+                }
+            }
+            let error = |class: u32| -> f32 {
+                counts.iter().map(|&(other, count)| count * self.unlike(other, class)).sum()
+            };
+            let of_each = counts.iter().map(|&(class, _)| (error(class), class));
+            of_each.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |(_, class)| class)
+        };
+        let classes = (0..grid::count(size)).into_par_iter().map(best).collect();
+        Reduced { scale_log2, size, classes }
+    }
+
+    /// The source's pixels in a square.
+    fn pixels(&self, reduced: &Reduced, square: usize) -> impl Iterator<Item = usize> {
+        let size = self.source.size();
+        let from = grid::place(reduced.size, square).map(|along| along << reduced.scale_log2);
+        let extent = [0, 1].map(|axis| (size[axis] - from[axis]).min(1 << reduced.scale_log2));
+        grid::places(extent).map(move |[x, y]| grid::index(size, [from[0] + x, from[1] + y]))
+    }
+
+    /// What is wrong with one class for another, as a part of black for white.
+    fn unlike(&self, a: u32, b: u32) -> f32 {
+        if a == b {
+            return 0.0;
+        }
+        let [a, b] = [a, b].map(|class| self.colors.get(&class).copied().unwrap_or_default());
+        let squares: f32 = (0..3).map(|i| (a[i] - b[i]) * (a[i] - b[i])).sum();
+        LABEL_COST + squares / 3.0
+    }
+}
+
+/// What is told of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Told {
+    Bad,
+    Good,
+    /// Good, and hardly to be bettered.
+    Near,
+}
