@@ -8,19 +8,19 @@ use crate::error::{Error, Result};
 use crate::grid;
 use crate::labels::Source;
 use crate::open::{encode_lossless, open_exact, palette_of};
-use crate::target::Target;
+use crate::target::{Target, exp2};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// What another label costs beside its colour, as a part of black for white: labels of one colour are
 /// still two.
-const LABEL_COST: f32 = 0.01;
+const LABEL_COST: f32 = 0.002;
 /// log₂ of the lowest and the highest price of a bit that is tried, in pixels of black for white.
 const PRICES: [f64; 2] = [-7.0, 5.0];
 /// Times that the range is cut, into three: two prices are tried at once.
-const CUTS: usize = 4;
+const CUTS: usize = 6;
 /// A file of at least this part of the bytes wanted is as good as one of all.
-const NEAR: f64 = 0.985;
+const NEAR: f64 = 0.998;
 /// Labels that take more than so many times the bytes wanted are not worth simplifying.
 const TOO_MANY: f64 = 1.8;
 
@@ -174,7 +174,7 @@ impl Search<'_> {
             };
             let Some(bytes) = self.nearest(&reduced, low, high, tell)? else { return Ok(whole) };
             let psnr = self.psnr(&bytes)?;
-            return Ok(Lossy { bytes, ..whole }).map(|lossy| Lossy { psnr, ..lossy });
+            return Ok(Lossy { bytes, psnr, ..whole });
         }
         Ok(exact)
     }
@@ -224,7 +224,7 @@ impl Search<'_> {
             reduced.size,
             reduced.classes.clone(),
             &error,
-            price.exp2() as f32,
+            exp2(price) as f32,
             &self.options.limits,
         )?;
         self.file(reduced, &classes)

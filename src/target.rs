@@ -64,6 +64,18 @@ pub fn encode_to(
     }
 }
 
+/// 2 to the power of `x`, to about four digits, by roots: these are the same on every machine.
+pub(crate) fn exp2(x: f64) -> f64 {
+    let (mut left, mut power, mut root) = (x - x.floor(), 2f64.powi(x.floor() as i32), 2.0f64);
+    for _ in 0..14 {
+        (left, root) = (2.0 * left, root.sqrt());
+        if left >= 1.0 {
+            (left, power) = (left - 1.0, power * root);
+        }
+    }
+    power
+}
+
 /// What is wrong with a picture of some PSNR, as a part of black for white.
 fn noise(psnr: f64) -> f64 {
     10f64.powf(-psnr / 10.0)
@@ -182,7 +194,7 @@ impl<S: FnMut(&'static str)> Tries for Pictures<'_, S> {
     type What = Chosen;
 
     fn expect(&mut self, price: f64) -> f64 {
-        let sizes = self.sizes.choose(price.exp2(), &mut self.stage);
+        let sizes = self.sizes.choose(exp2(price), &mut self.stage);
         let (error, bytes) = self.sizes.sum(&sizes);
         match self.target {
             Target::Psnr(_) => error,
@@ -191,7 +203,7 @@ impl<S: FnMut(&'static str)> Tries for Pictures<'_, S> {
     }
 
     fn attempt(&mut self, price: f64) -> Result<(Chosen, f64)> {
-        let price = price.exp2();
+        let price = exp2(price);
         let chosen = self.sizes.choose(price, &mut self.stage);
         let Pictures { prepared, sizes, stage, .. } = self;
         let (image, notes) = prepared.encode_blocks(sizes, &chosen, price, stage)?;
@@ -229,6 +241,14 @@ mod tests {
             self.tried += 1;
             Ok((price, 7.0 * self.expect(price).powf(1.1)))
         }
+    }
+
+    #[test]
+    fn powers_are_powers() {
+        for x in [-7.0, -3.3, -1.0, 0.0, 0.5, 1.7, 14.0] {
+            assert!((exp2(x) / x.exp2() - 1.0).abs() < 1e-4, "{x}");
+        }
+        assert_eq!((exp2(-3.0), exp2(5.0)), (0.125, 32.0));
     }
 
     #[test]

@@ -61,6 +61,11 @@ fn a_file_with_planes_is_the_same_as_anywhere() {
 }
 
 #[wasm_bindgen_test]
+fn a_file_of_simplified_labels_is_the_same_as_anywhere() {
+    assert_eq!(portable::labels(), portable::LABELS);
+}
+
+#[wasm_bindgen_test]
 fn a_file_with_texel_sizes_by_block_is_the_same_as_anywhere() {
     assert_eq!(portable::file(3), portable::FILES[3]);
 }

@@ -73,6 +73,16 @@ pub fn payload(bytes: &[u8]) -> Result<Payload> {
     Ok(parse(bytes, &Limits { memory: u64::MAX, ..Limits::default() })?.0.payload)
 }
 
+/// How many pixels a label of a file stands for, along each axis; none where it carries texels.
+///
+/// # Errors
+/// As [`payload`].
+pub fn label_size(bytes: &[u8]) -> Result<Option<u32>> {
+    let (header, _) = parse(bytes, &Limits { memory: u64::MAX, ..Limits::default() })?;
+    let is_labels = header.payload == Payload::Labels;
+    Ok(is_labels.then(|| 1u32.checked_shl(header.width_log2.into()).unwrap_or(0)))
+}
+
 /// Parses header and directory, and checks that the chunks fill the file.
 pub fn parse(bytes: &[u8], limits: &Limits) -> Result<(Header, Vec<Part>)> {
     if bytes.is_empty() {

@@ -14,11 +14,11 @@ mod texels;
 #[cfg(feature = "encode")]
 mod write;
 
-pub use directory::{Part, Payload, parts, payload};
+pub use directory::{Part, Payload, label_size, parts, payload};
 #[cfg(feature = "encode")]
 pub use label_file::{Labels, MAX_SCALE_LOG2, Palette, Squares, read_labels, write_labels};
 #[cfg(feature = "encode")]
-pub use labels::simplify as simplify_labels;
+pub(crate) use labels::simplify as simplify_labels;
 #[cfg(feature = "encode")]
 pub use notes::{Notes, notes};
 pub use read::read;

@@ -135,7 +135,7 @@ fn a_quality_or_a_number_of_bytes_chooses_the_texel_sizes() {
     let folder = Folder::new();
     let (png, file) = (crop_png(&folder), folder.path("crop.istar"));
     let (png, file) = (text(&png), text(&file));
-    let encode = ["encode", png, "-o", file, "--json"];
+    let encode = ["encode", png, "-o", file, "--json", "--payload", "texels"];
     let psnr = || json(&["compare", file, png, "--json"])["psnr"].as_f64().unwrap();
     let mut before = 0;
     for wanted in [30.0, 34.0, 38.0] {
@@ -161,8 +161,38 @@ fn a_quality_or_a_number_of_bytes_chooses_the_texel_sizes() {
     assert!(stderr.contains(&format!("the best is {:.2} dB", psnr())), "{stderr}");
     std::fs::remove_file(file).unwrap();
     let told = "cannot be encoded in 99 bytes: the smallest file has ";
-    fail(&["encode", png, "-o", file, "--max-bytes", "99"], told);
+    fail(&["encode", png, "-o", file, "--max-bytes", "99", "--payload", "texels"], told);
     assert_eq!(folder.names(), ["crop.png"]);
+}
+
+#[test]
+fn a_quality_or_a_number_of_bytes_is_had_in_labels_unless_they_cannot_tell_what_is_asked() {
+    let folder = Folder::new();
+    let (png, file) = (crop_png(&folder), folder.path("crop.istar"));
+    let (png, file) = (text(&png), text(&file));
+    let encode = ["encode", png, "-o", file];
+    let exact = json(&[&encode[..], &["--lossless", "--json"]].concat());
+    let exact = exact["bytes"].as_u64().unwrap();
+    let told = json(&[&encode[..], &["--max-bytes", "215", "--json"]].concat());
+    let bytes = told["bytes"].as_u64().unwrap();
+    assert!(bytes <= 215 && bytes < exact, "{bytes} of {exact}");
+    assert_eq!(told["lossless"], false);
+    let compared = json(&["compare", file, png, "--json"]);
+    assert_eq!((&compared["psnr"], &compared["bytes"]), (&told["psnr"], &told["bytes"]));
+    assert!(succeed(&["verify", file]).contains("sound"));
+    assert_eq!(json(&["info", file, "--json"])["payload"], "labels");
+
+    let all = json(&[&encode[..], &["--max-bytes", &exact.to_string(), "--json"]].concat());
+    assert_eq!((&all["lossless"], &all["psnr"]), (&true.into(), &serde_json::Value::Null));
+    assert!(succeed(&[&encode[..], &["--psnr", "24"]].concat()).contains(" dB"));
+    fail(&[&encode[..], &["--max-bytes", "70"]].concat(), "cannot be encoded in 70 bytes");
+
+    // Texels, because labels know nothing of it; or a line that says so.
+    succeed(&[&encode[..], &["--psnr", "24", "--min-region", "3"]].concat());
+    assert_eq!(json(&["info", file, "--json"])["payload"], "texels");
+    let both = ["--psnr", "24", "--min-region", "3", "--payload", "labels"];
+    fail(&[&encode[..], &both[..]].concat(), "--payload labels goes with no --min-region");
+    fail(&[&encode[..], &["--payload", "labels"]].concat(), "--lossless, --psnr or --max-bytes");
 }
 
 #[test]
@@ -195,7 +225,7 @@ fn without_loss_every_pixel_comes_back_and_more_can_be_drawn() {
     let info = json(&["info", istar, "--json"]);
     assert_eq!((&info["payload"], &info["violations"]), (&"labels".into(), &0.into()));
     assert!(info["nodes"].as_u64() > Some(1));
-    assert!(succeed(&["info", istar]).contains("without loss"));
+    assert!(succeed(&["info", istar]).contains("labels: one for each pixel"));
     assert!(succeed(&["verify", istar]).contains("sound"));
     let large = folder.path("large.png");
     succeed(&["decode", istar, "-o", text(&large), "--width", "500"]);

@@ -170,6 +170,10 @@ fn mutants_with_planes_never_panic() {
 #[test]
 fn mutants_of_labels_never_panic() {
     survive(&istar::encode_lossless(&small(), &Default::default()).unwrap());
+    let target = istar::Target::MaxBytes(180);
+    let lossy = istar::encode_lossy(&small(), &Default::default(), target, |_| ()).unwrap();
+    assert!(lossy.scale > 1);
+    survive(&lossy.bytes);
 }
 
 fn survive(bytes: &[u8]) {

@@ -1,7 +1,7 @@
 //! Files without loss: what comes back is what went in, and what is drawn is fitted to it.
 
 use crate::fixtures;
-use istar::container::{self, Palette, Payload};
+use istar::container::{self, Palette, Payload, Squares};
 use istar::labels::Source;
 use istar::{EncodeOptions, Error, Gamma, Kernel, Limits, compare, encode_lossless};
 
@@ -60,7 +60,8 @@ fn each_reader_says_what_it_cannot_read() {
 fn labels_that_do_not_fit_are_not_written() {
     let write = |size, labels: &[u32], palette: &dyn Fn(&[u32]) -> Palette| {
         let kind = (Kernel::Quadratic, Gamma::Voronoi);
-        container::write_labels(size, labels, palette, kind, &limits())
+        let squares = Squares { size, scale_log2: 0, labels };
+        container::write_labels(squares, palette, kind, &limits())
     };
     let labels = [7, 7, 1 << 31, 7, 9, 9];
     let all = |order: &[u32]| Palette::Labels(order.to_vec());

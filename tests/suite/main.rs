@@ -15,6 +15,7 @@ mod forbid;
 mod gpu;
 mod hidden;
 mod lossless;
+mod lossy;
 mod lost;
 mod planes;
 mod portable;

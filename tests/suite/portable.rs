@@ -9,5 +9,6 @@ fn files_are_the_same_on_every_machine_and_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let files = pool.install(|| [0, 1, 2, 3].map(picture::file));
         assert_eq!(files, picture::FILES, "{threads} threads");
+        assert_eq!(pool.install(picture::labels), picture::LABELS, "{threads} threads");
     }
 }

@@ -1,14 +1,44 @@
-// `npm run bench`: what pictures cost, in tables; tests/bench/main.rs says which there are. Words in the arguments choose some.
-import { rmSync } from 'node:fs';
-import { at, main, run, VTRACER } from './project.mjs';
+// `npm run bench`: what pictures cost, in tables; tests/bench/main.rs says which there are, and rd.py beside it is one more. Words in
+// the arguments choose some.
+import { existsSync, rmSync } from 'node:fs';
+import { at, cli, main, output, run, TaskError, VTRACER } from './project.mjs';
 import { cargoTool } from './setup.mjs';
+
+/** What `rd` compares with, from the Python package index. */
+const CODECS = [
+  'brotli==1.2.1',
+  'numpy==2.4.6',
+  'pillow==13.0.0',
+  'pillow-jxl-plugin==1.3.8',
+  'resvg_py==0.5.0',
+  'vtracer==0.6.15',
+];
+const PICTURES = ['emblem', 'map'];
 
 await main(import.meta.url, () => {
   const words = process.argv.slice(2);
+  const others = words.filter((word) => word !== 'rd');
+  // All words that are pictures may belong to it.
+  if (others.length < words.length) rates(others.filter((word) => PICTURES.includes(word)));
+  if (others.length < words.length && others.every((word) => PICTURES.includes(word))) return;
   // Not in the set-up, because only one table needs it.
-  if (words.length === 0 || words.includes('rivals')) {
+  if (others.length === 0 || others.includes('rivals')) {
     cargoTool('vtracer', 'vtracer', VTRACER, ['--locked']);
     rmSync(at('.tools', 'build'), { recursive: true, force: true });
   }
-  run('cargo', ['bench', '--features', 'bench', '--bench', 'bench', '--', ...words]);
+  run('cargo', ['bench', '--features', 'bench', '--bench', 'bench', '--', ...others]);
 });
+
+/** Bytes against quality, for IStar and others. */
+function rates(pictures) {
+  const python = at('.tools', 'codecs', 'bin', 'python');
+  if (output('python3', ['--version']) === undefined) {
+    throw new TaskError('Python is missing, with which the other codecs run. Install python3 and python3-venv.');
+  }
+  if (!existsSync(python)) run('python3', ['-m', 'venv', at('.tools', 'codecs')]);
+  run(python, ['-m', 'pip', 'install', '--quiet', '--disable-pip-version-check', ...CODECS]);
+  run('cargo', ['build', '--release', '--features', 'cli']);
+  const [command, folder, out] = [cli, at('web', 'gallery'), at('target', 'bench')];
+  const names = pictures.length > 0 ? pictures : PICTURES;
+  run(python, [at('tests', 'bench', 'rd.py'), '--command', command, '--pictures', folder, '--out', out, ...names]);
+}

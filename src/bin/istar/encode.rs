@@ -42,9 +42,9 @@ struct Options {
     /// Keep every pixel: the file holds the picture's labels, and what draws it fits texels to them
     #[arg(long, conflicts_with_all = ["texel_size", "psnr", "max_bytes", "min_region", "forbid"])]
     lossless: bool,
-    /// What the file holds. Without it labels where --psnr or --max-bytes are given, and texels else and
-    /// where --min-region, --forbid or --regions ask for what labels cannot tell
-    #[arg(long, value_enum, conflicts_with = "lossless")]
+    /// What the file holds. Without it: labels for --lossless, --psnr and --max-bytes, unless more is asked
+    /// for than labels can tell; else texels
+    #[arg(long, value_enum)]
     payload: Option<PayloadName>,
     /// What a region is
     #[arg(long, value_enum, default_value_t, conflicts_with = "lossless")]
@@ -93,7 +93,7 @@ fn class(word: &str) -> Option<u32> {
 enum PayloadName {
     /// The picture as it is drawn: opens at once
     Texels,
-    /// Labels, far smaller: what opens the file fits texels to them first. Takes --psnr or --max-bytes
+    /// Labels, far smaller: what opens the file fits texels to them first
     Labels,
 }
 
@@ -144,14 +144,21 @@ pub fn run(args: &Args) -> Outcome {
     };
     let output = files::Output::create(&args.output)?;
     if args.options.lossless {
+        if args.options.payload == Some(PayloadName::Texels) {
+            return Err("--lossless goes with no --payload texels: only labels keep all".into());
+        }
         return encode_lossless(args, &options, output);
     }
     let psnr = args.options.psnr.map(Target::Psnr);
     let target = psnr.or(args.options.max_bytes.map(Target::MaxBytes));
-    if let Some(target) = target
-        && args.options.holds_labels()?
-    {
-        return encode_lossy(args, &options, target, output);
+    match target {
+        Some(target) if args.options.holds_labels()? => {
+            return encode_lossy(args, &options, target, output);
+        }
+        None if args.options.payload == Some(PayloadName::Labels) => {
+            return Err("--payload labels takes --lossless, --psnr or --max-bytes: give one".into());
+        }
+        _ => {}
     }
     let (Chosen { image, psnr, .. }, bytes) =
         encode_file(&args.input, args.options.regions, &options, target)?;

@@ -2,7 +2,6 @@
 
 use crate::tell::tell;
 use crate::{Outcome, files};
-use istar::container::Payload;
 use istar::model::Block;
 use istar::{Image, container, embed, fit, raster};
 use serde_json::json;
@@ -24,11 +23,9 @@ pub fn run(args: &Args) -> Outcome {
     let (image, bytes) = files::read_image(&args.input)?;
     let parts = container::parts(&bytes).map_err(|error| files::at(&args.input, &error))?;
     let notes = container::notes(&bytes).map_err(|error| files::at(&args.input, &error))?;
-    let payload =
-        match container::payload(&bytes).map_err(|error| files::at(&args.input, &error))? {
-            Payload::Texels => "texels",
-            Payload::Labels => "labels",
-        };
+    let label_size =
+        container::label_size(&bytes).map_err(|error| files::at(&args.input, &error))?;
+    let payload = if label_size.is_some() { "labels" } else { "texels" };
     let sizes = texel_sizes(&image);
     let violations = embed::model_violations(&image);
     let seams = raster::seams(&image);
@@ -42,6 +39,8 @@ pub fn run(args: &Args) -> Outcome {
             json!({
                 "size": image.size,
                 "payload": payload,
+                // null where it is texels.
+                "label_size": label_size,
                 "regions": image.regions.len(),
                 "nodes": image.nodes.len(),
                 "ghosts": image.ghosts().len(),
@@ -68,7 +67,11 @@ pub fn run(args: &Args) -> Outcome {
     tell!("size        {width}×{height} pixels")?;
     tell!(
         "payload     {payload}{}",
-        if payload == "labels" { ", without loss; what follows is fitted to them" } else { "" }
+        match label_size {
+            None => String::new(),
+            Some(1) => ": one for each pixel; what follows is fitted to them".into(),
+            Some(n) => format!(": one for {n}×{n} pixels; what follows is fitted to them"),
+        }
     )?;
     tell!("regions     {}", image.regions.len())?;
     tell!(

@@ -36,14 +36,24 @@ pub fn simplify(
     limits: &Limits,
 ) -> Result<Vec<u32>> {
     super::check(size, limits)?;
-    let logistic = Logistic::new();
     merge_islands(size, &mut labels, error, price);
+    Ok(smooth(size, labels, error, price))
+}
+
+/// Changes the sides of pixels at boundaries: regions stay as many, and what they meet.
+fn smooth(
+    size: [u32; 2],
+    labels: Vec<u32>,
+    error: &(dyn Fn(usize, u32) -> f32 + Sync),
+    price: f32,
+) -> Vec<u32> {
+    let logistic = Logistic::new();
     let truth = Lattice::of(size, &labels);
     let mut coder = Unwritten;
     let mut tracer = Tracer::new(size, &mut coder, &logistic, Some(Cow::Owned(truth)));
     let editor = Editor { size, labels, error, price: price / 256.0, bits: bits() };
     tracer.editor = Some(Box::new(editor));
-    Ok(tracer.run_edited())
+    tracer.run_edited()
 }
 
 /// Bits, in 256ths, of a decision by its likelihood, in 4096ths.
@@ -383,5 +393,56 @@ fn ahead_of(Corner { x, y }: Corner, d: u32) -> [[i32; 2]; 2] {
         1 => [[x, y], [x - 1, y]],
         2 => [[x - 1, y], [x - 1, y - 1]],
         _ => [[x - 1, y - 1], [x, y - 1]],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{disc, picture};
+    use super::*;
+
+    /// Areas of one label, and pixels that differ.
+    fn areas(size: [u32; 2], labels: &[u32]) -> Vec<u32> {
+        let lattice = Lattice::of(size, labels);
+        let faces = super::super::Faces::new(size, &lattice, u64::MAX).unwrap();
+        let mut of: Vec<u32> =
+            faces.by_size().iter().map(|&face| labels[faces.first(face) as usize]).collect();
+        of.sort_unstable();
+        of
+    }
+
+    #[test]
+    fn smoothing_saves_bytes_and_keeps_every_area() {
+        // Discs with rough edges, one in the other, and specks.
+        let (size, labels) = picture([400, 360], |x, y| {
+            let rough = (x / 3 * 7919 + y / 2 * 104_729) % 5;
+            u32::from(disc(x, y, 200, 180, 160 + rough))
+                + 2 * u32::from(disc(x, y, 190, 170, 80 + rough))
+                + 4 * u32::from((x * 7919 + y * 104_729) % 2111 == 0)
+        });
+        let limits = Limits::default();
+        let error = |pixel: usize, label: u32| f32::from(u8::from(labels[pixel] != label));
+        let bytes =
+            |labels: &[u32]| super::super::encode(size, labels, &limits).unwrap().bytes.len();
+        let (exact, mut before) = (bytes(&labels), 0);
+        for price in [0.5, 1.0, 4.0] {
+            let smooth = smooth(size, labels.clone(), &error, price);
+            let wrong = smooth.iter().zip(&labels).filter(|(a, b)| a != b).count();
+            let now = bytes(&smooth);
+            assert!(now < exact && wrong > before, "{price}: {now} of {exact}, {wrong}");
+            assert_eq!(areas(size, &smooth), areas(size, &labels), "{price}");
+            before = wrong;
+        }
+        // Where nothing is worth an error, nothing changes.
+        assert_eq!(smooth(size, labels.clone(), &error, 1e-6), labels);
+    }
+
+    #[test]
+    fn a_bit_takes_what_it_says() {
+        let bits = bits();
+        for p in [1usize, 3, 100, 1024, 2048, 3000, 4095, 4096] {
+            let exact = -256.0 * (p as f64 / 4096.0).log2();
+            assert!((f64::from(bits[p]) - exact).abs() < 1.5, "{p}: {}, {exact}", bits[p]);
+        }
     }
 }

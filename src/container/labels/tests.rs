@@ -16,15 +16,15 @@ impl Random {
 }
 
 /// Size and labels.
-type Picture = ([u32; 2], Vec<u32>);
+pub type Picture = ([u32; 2], Vec<u32>);
 
-fn picture(size: [u32; 2], mut label: impl FnMut(i32, i32) -> u32) -> Picture {
+pub fn picture(size: [u32; 2], mut label: impl FnMut(i32, i32) -> u32) -> Picture {
     let rows = 0..size[1] as i32;
     let labels = rows.flat_map(|y| (0..size[0] as i32).map(move |x| (x, y)));
     (size, labels.map(|(x, y)| label(x, y)).collect())
 }
 
-fn disc(x: i32, y: i32, cx: i32, cy: i32, r: i32) -> bool {
+pub fn disc(x: i32, y: i32, cx: i32, cy: i32, r: i32) -> bool {
     (x - cx).pow(2) + (y - cy).pow(2) < r * r
 }
 
@@ -85,7 +85,7 @@ fn cracks_alone_come_back() {
     for (kind, (size, labels)) in pictures() {
         let truth = Lattice::of(size, &labels);
         let (mut encoder, logistic) = (Encoder::new(), Logistic::new());
-        Tracer::new(size, &mut encoder, &logistic, Some(&truth)).run();
+        Tracer::new(size, &mut encoder, &logistic, Some(std::borrow::Cow::Borrowed(&truth))).run();
         let bytes = encoder.finish();
         let mut decoder = Decoder::new(&bytes);
         let lattice = Tracer::new(size, &mut decoder, &logistic, None).run();
