@@ -4,7 +4,7 @@ use crate::complex::{self, CellLists, Cut, Dual, Gathered, dual, merge_specks};
 use crate::container::Notes;
 use crate::embed::{self, Embedding};
 use crate::error::{Error, Result};
-use crate::fit::{self, Distances};
+use crate::fit::{self, Distances, Effort};
 use crate::forbid::{Forbidden, forbid_classes};
 use crate::gamma::Gamma;
 use crate::grid;
@@ -119,20 +119,27 @@ pub fn encode_with_notes(
     }
 }
 
-/// Texels of squares are of 2 of them.
-const TEXEL_OF_SQUARES_LOG2: u8 = 1;
+/// log₂ of how many labels a texel is wide that is fitted to them before they are drawn: where each stands
+/// for a pixel, and where for more.
+const FINE_LOG2: u8 = 2;
+const FINEST_LOG2: u8 = 1;
 
-/// An image of `size` pixels from a source that has a class for each square of 2 to `scale_log2` pixels.
-pub(crate) fn encode_squares(
+/// An image of `size` pixels to be drawn, from a source that has a class for each square of 2 to
+/// `scale_log2` pixels: in a fraction of the time of [`encode`], with texels so fine that it does not
+/// matter, and that would take far more bytes.
+pub(crate) fn fit_to_labels(
     source: &Source<2>,
     options: &EncodeOptions,
     size: [u32; 2],
     scale_log2: u8,
 ) -> Result<Image> {
     let stage = &mut |_| ();
-    let prepared = Prepared::new(source, options, stage)?;
+    let options = EncodeOptions { hidden_nodes: false, ..options.clone() };
+    let effort = if scale_log2 == 0 { Effort::Quick } else { Effort::Full };
+    let prepared = Prepared { effort, ..Prepared::new(source, &options, stage)? };
     let block_log2 = BLOCK_LOG2.min(Image::BLOCK_LOG2.end() - scale_log2);
-    let (mut image, _) = prepared.encode_in_blocks(block_log2, TEXEL_OF_SQUARES_LOG2, stage)?;
+    let texel_log2 = if scale_log2 == 0 { FINE_LOG2 } else { FINEST_LOG2 };
+    let (mut image, _) = prepared.encode_in_blocks(block_log2, texel_log2, stage)?;
     // Nothing but pixels is smaller than before.
     image.size = size;
     image.block_log2 += scale_log2;
@@ -152,6 +159,8 @@ pub(crate) struct Prepared<'a> {
     dual: Dual,
     /// What steps say of how far pixels are from boundaries, where the source says nothing.
     guessed: Option<Vec<f32>>,
+    /// How well texels are fitted in the end.
+    effort: Effort,
 }
 
 impl<'a> Prepared<'a> {
@@ -171,7 +180,7 @@ impl<'a> Prepared<'a> {
         // Merged specks are not at the boundaries that the source's distances are about.
         let has_distances = source.distances().is_some() && *min_region <= 1;
         let guessed = (!has_distances).then(|| complex::distances(&regions));
-        Ok(Prepared { source, options, regions, dual, guessed })
+        Ok(Prepared { source, options, regions, dual, guessed, effort: Effort::Full })
     }
 
     /// The image with one of [`TEXEL_SIZES`], whatever the options say.
@@ -343,7 +352,7 @@ fn encode_cells(
         stage("fitting texels");
         match &fitted {
             Some((_, before)) => fit::resume(&mut image, before, regions),
-            None => fit::fit(&mut image, regions),
+            None => fit::fit_with(&mut image, regions, prepared.effort),
         }
         if options.gamma == Gamma::Planes {
             stage("fitting planes");
@@ -356,7 +365,7 @@ fn encode_cells(
         }
         if has_distances || is_whole {
             stage("fitting distances");
-            fit::fit_distances(&mut image, regions, distances);
+            fit::fit_distances_with(&mut image, regions, distances, prepared.effort);
             has_distances = true;
             is_whole = !refine(&mut cells, &mut image, regions, &mut closings, stage);
         }

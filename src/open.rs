@@ -1,7 +1,7 @@
 //! Any file to a model, and sources to files without loss: what joins the container with the encoder.
 
 use crate::container::{self, Labels, Palette, Payload, Squares};
-use crate::encode::{EncodeOptions, encode, encode_squares};
+use crate::encode::{EncodeOptions, fit_to_labels};
 use crate::error::Result;
 use crate::grid;
 use crate::labels::{Connectivity, Source, components};
@@ -9,8 +9,7 @@ use crate::limits::Limits;
 use crate::model::{Block, Cells, Image, Lists, Node, Region, RegionId};
 use rayon::prelude::*;
 
-/// Reads a whole file, whatever its payload: to labels texels are fitted, each block with a size of its
-/// own.
+/// Reads a whole file, whatever its payload: to labels texels are fitted, quickly and finely.
 ///
 /// # Errors
 /// As [`container::read`].
@@ -28,10 +27,7 @@ fn fitted(labels: Labels, limits: &Limits) -> Result<Image> {
         EncodeOptions { kernel, gamma, limits: limits.clone(), ..EncodeOptions::default() };
     let (size, scale_log2) = (labels.size, labels.scale_log2);
     let source = source_of(labels, limits)?;
-    match scale_log2 {
-        0 => encode(&source, &options, |_| ()),
-        _ => encode_squares(&source, &options, size, scale_log2),
-    }
+    fit_to_labels(&source, &options, size, scale_log2)
 }
 
 /// As [`open`], but a file with a label for each pixel comes out pixel by pixel: to be compared or decoded

@@ -8,6 +8,7 @@
 //! it at their middles. Rivals j and |∇p_ij| are held while texels move, so that the distance is linear
 //! in them, and are looked at anew every few sweeps.
 
+use super::Effort;
 use super::labels::own_region;
 use super::problem::{Cell, Contest, NOBODY, Pair, Problem, TAPS};
 use crate::grid;
@@ -17,8 +18,10 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
-/// Times that rivals and gradients are looked at, and sweeps over all texels after each.
+/// Times that rivals and gradients are looked at, also where it should be quick, and sweeps over all
+/// texels after each.
 const LOOKS: usize = 4;
+const QUICK_LOOKS: usize = 2;
 const SWEEPS: usize = 2;
 /// The over-relaxation ω.
 const RELAXATION: f32 = 1.3;
@@ -69,6 +72,7 @@ pub(super) struct Known<'a, const D: usize> {
 pub(super) fn fit_distances<const D: usize, const E: usize>(
     problem: &mut Problem<E>,
     known: &Known<'_, D>,
+    effort: Effort,
 ) {
     let mut spots: BTreeMap<u8, Vec<Spot<D>>> = BTreeMap::new();
     for cell in &problem.cells {
@@ -82,7 +86,8 @@ pub(super) fn fit_distances<const D: usize, const E: usize>(
     let by_origin = (0..).zip(&problem.cells).map(|(i, cell)| (cell.origin, i)).collect();
     let looks = Looks { known, spots, by_origin };
     let colors = problem.colors.clone();
-    for _ in 0..LOOKS {
+    let looks_left = if effort == Effort::Quick { QUICK_LOOKS } else { LOOKS };
+    for _ in 0..looks_left {
         let found: Vec<(u32, Wish<E>)> = (0..problem.cells.len())
             .into_par_iter()
             .with_min_len(16)

@@ -49,8 +49,20 @@ const BROKEN_COST: f64 = 0.1;
 ///
 /// An image may have either kernel, a volume the linear one.
 pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
+    fit_with(model, regions, Effort::Full);
+}
+
+/// [`fit`] with less effort, if wanted.
+pub(crate) fn fit_with<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    regions: &Regions<D>,
+    effort: Effort,
+) {
     let mut problem = Problem::new(model, regions, LABEL_COST);
-    margin::fit_margins(&mut problem);
+    match effort {
+        Effort::Quick => margin::estimate_margins(&mut problem),
+        Effort::Full => margin::fit_margins(&mut problem),
+    }
     search::search(&mut problem);
     close::close(&mut problem);
     problem.texels.store(model);
@@ -113,12 +125,22 @@ pub fn fit_distances<const D: usize, const E: usize>(
     regions: &Regions<D>,
     distances: Distances<'_>,
 ) {
+    fit_distances_with(model, regions, distances, Effort::Full);
+}
+
+/// [`fit_distances`] with less effort, if wanted.
+pub(crate) fn fit_distances_with<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    regions: &Regions<D>,
+    distances: Distances<'_>,
+    effort: Effort,
+) {
     let (Distances::Known(of_pixels) | Distances::Guessed(of_pixels)) = distances;
     assert_eq!(of_pixels.len(), regions.labels.len(), "a distance for each pixel");
     let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
     let known = distance::Known::new(model, regions, of_pixels);
     let is_guess = matches!(distances, Distances::Guessed(_));
-    settle::settle(&mut problem, &known, model.size, is_guess);
+    settle::settle(&mut problem, &known, model.size, is_guess, effort);
     close::close(&mut problem);
     problem.texels.store(model);
 }
@@ -179,12 +201,12 @@ pub fn estimate<const D: usize, const E: usize>(
     errors
 }
 
-/// How well texels are fitted where only what would be wrong is asked for.
+/// How well texels are fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Effort {
-    /// In a fraction of the time of [`fit`]; two or three times too much is wrong.
+    /// In a fraction of the time. With coarse texels two or three times too much is wrong.
     Quick,
-    /// As well as all texels at once can be: a little too much is wrong.
+    /// As well as they can be.
     Full,
 }
 

@@ -92,11 +92,7 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
     fn new(model: &'a mut Model<D, E>, regions: &'a Regions<D>) -> Self {
         let cuts: Vec<OnceLock<Cut<E>>> = (0..model.lists.len()).map(|_| OnceLock::new()).collect();
         let picture = &*model;
-        let decoded: Vec<RegionId> = (0..regions.labels.len())
-            .into_par_iter()
-            .with_min_len(4096)
-            .map(|pixel| decode(picture, &cuts, grid::place(picture.size, pixel)))
-            .collect();
+        let decoded = decode_all(picture, &cuts);
         let mut seen = vec![0; model.regions.len()];
         decoded.iter().for_each(|&region| seen[region as usize] += 1);
         let mut pixels = vec![0; model.regions.len()];
@@ -450,6 +446,57 @@ fn copies<const E: usize>(texels: &Texels<E>) -> (Vec<u32>, Vec<(u32, u32)>) {
 
 fn middle<const D: usize>(at: [u32; D]) -> Point<D> {
     Point { whole: at.map(i64::from), frac: [0.5; D] }
+}
+
+/// The region at the middle of every pixel.
+fn decode_all<const D: usize, const E: usize>(
+    model: &Model<D, E>,
+    cuts: &[OnceLock<Cut<E>>],
+) -> Vec<RegionId> {
+    let (size, block_grid, block_log2) = (model.size, model.block_grid(), model.block_log2);
+    let mut decoded = vec![0; grid::count(size)];
+    let whole = |grid: &[u32]| grid.iter().map(|&n| n as usize).product::<usize>();
+    let (blocks, pixels) = (whole(&block_grid[..D - 1]), whole(&size[..D - 1]) << block_log2);
+    // Slabs of blocks are next to each other in memory.
+    decoded.par_chunks_mut(pixels).enumerate().for_each(|(slab, decoded)| {
+        let start = slab * pixels;
+        // A square, which is of one region where that is given.
+        let mut fill = |from: [u32; D], log2: u8, region: Option<RegionId>| {
+            let extent: [u32; D] =
+                std::array::from_fn(|axis| size[axis].saturating_sub(from[axis]).min(1 << log2));
+            let mut rows = extent;
+            rows[0] = rows[0].min(1);
+            for row in grid::places(rows) {
+                let mut at: [u32; D] = std::array::from_fn(|axis| from[axis] + row[axis]);
+                let first = grid::index(size, at) - start;
+                for pixel in &mut decoded[first..first + extent[0] as usize] {
+                    *pixel = region.unwrap_or_else(|| decode(model, cuts, at));
+                    at[0] += 1;
+                }
+            }
+        };
+        let region = |node: NodeId| model.nodes[node as usize].region.unwrap_or_default();
+        for block in slab * blocks..(slab + 1) * blocks {
+            let from = grid::place(block_grid, block).map(|along| along << block_log2);
+            let cells = match &model.blocks[block] {
+                Block::Cells(cells) => cells,
+                Block::Solid(node) => {
+                    fill(from, block_log2, Some(region(*node)));
+                    continue;
+                }
+            };
+            for cell in grid::places(model.cell_grid(cells.texel_log2)) {
+                let from =
+                    std::array::from_fn(|axis| from[axis] + (cell[axis] << cells.texel_log2));
+                let only = match *model.candidates(cells, cell) {
+                    [node] => Some(region(node)),
+                    _ => None,
+                };
+                fill(from, cells.texel_log2, only);
+            }
+        }
+    });
+    decoded
 }
 
 /// The region at the middle of a pixel of the picture.

@@ -19,6 +19,20 @@ pub(crate) fn seams_from<const D: usize, const E: usize>(
     let mut found = Vec::new();
     let at = grid::place(model.block_grid(), block);
     for axis in 0..D {
+        // Most of a picture is of one node.
+        let mut next = at;
+        next[axis] += 1;
+        if next[axis] >= model.block_grid()[axis] && matches!(&model.blocks[block], Block::Solid(_))
+        {
+            continue;
+        }
+        if next[axis] < model.block_grid()[axis]
+            && let Block::Solid(node) = &model.blocks[block]
+            && let Block::Solid(beyond) = &model.blocks[grid::index(model.block_grid(), next)]
+            && node == beyond
+        {
+            continue;
+        }
         // The pixels on the lower side of each border across this axis, in this block.
         let step = match &model.blocks[block] {
             Block::Solid(_) => 1 << model.block_log2,
