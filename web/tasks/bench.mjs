@@ -33,12 +33,23 @@ await main(import.meta.url, () => {
 function rates(pictures) {
   const python = at('.tools', 'codecs', 'bin', 'python');
   if (output('python3', ['--version']) === undefined) {
-    throw new TaskError('Python is missing, with which the other codecs run. Install python3 and python3-venv.');
+    throw new TaskError(
+      'Python is missing, with which the other codecs run. Install python3 and python3-venv.',
+    );
   }
   if (!existsSync(python)) run('python3', ['-m', 'venv', at('.tools', 'codecs')]);
   run(python, ['-m', 'pip', 'install', '--quiet', '--disable-pip-version-check', ...CODECS]);
   run('cargo', ['build', '--release', '--features', 'cli']);
   const [command, folder, out] = [cli, at('web', 'gallery'), at('target', 'bench')];
   const names = pictures.length > 0 ? pictures : PICTURES;
-  run(python, [at('tests', 'bench', 'rd.py'), '--command', command, '--pictures', folder, '--out', out, ...names]);
+  run(python, [
+    at('tests', 'bench', 'rd.py'),
+    '--command',
+    command,
+    '--pictures',
+    folder,
+    '--out',
+    out,
+    ...names,
+  ]);
 }
