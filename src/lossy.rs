@@ -51,11 +51,7 @@ pub fn encode_lossy(
     target: Target,
     mut stage: impl FnMut(&'static str),
 ) -> Result<Lossy> {
-    if let Target::Psnr(psnr) = target
-        && (psnr.is_nan() || psnr <= 0.0)
-    {
-        return Err(Error::Usage(format!("{psnr} dB is no PSNR: give a number above 0")));
-    }
+    target.check()?;
     stage("packing labels");
     let bytes = encode_lossless(source, options)?;
     let exact = Lossy { bytes, scale: 1, psnr: f64::INFINITY };

@@ -8,14 +8,26 @@ use crate::labels::Source;
 use crate::model::Image;
 use crate::sizes::Sizes;
 
-/// What texel sizes are chosen by.
+/// What texel sizes, or labels, are chosen by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// The coarsest texels with which the picture comes back at this PSNR, in dB (see
-    /// [`Comparison::psnr`](crate::Comparison::psnr)), or better.
+    /// The coarsest texels, or the fewest bytes of labels, with which the picture comes back at this PSNR,
+    /// in dB (see [`Comparison::psnr`](crate::Comparison::psnr)), or better.
     Psnr(f64),
-    /// The finest texels with which the file has at most so many bytes.
+    /// The finest texels, or the best labels, with which the file has at most so many bytes.
     MaxBytes(u64),
+}
+
+impl Target {
+    /// Refuses a PSNR that is none.
+    pub(crate) fn check(self) -> Result<()> {
+        match self {
+            Target::Psnr(psnr) if psnr.is_nan() || psnr <= 0.0 => {
+                Err(Error::Usage(format!("{psnr} dB is no PSNR: give a number above 0")))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// A picture encoded to a [`Target`].
@@ -43,11 +55,7 @@ pub fn encode_to(
     target: Target,
     mut stage: impl FnMut(&'static str),
 ) -> Result<Chosen> {
-    if let Target::Psnr(psnr) = target
-        && (psnr.is_nan() || psnr <= 0.0)
-    {
-        return Err(Error::Usage(format!("{psnr} dB is no PSNR: give a number above 0")));
-    }
+    target.check()?;
     let prepared = Prepared::new(source, options, &mut stage)?;
     let sizes = Sizes::new(&prepared, &mut stage);
     let mut pictures = Pictures { source, prepared: &prepared, sizes, target, stage };

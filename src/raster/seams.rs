@@ -22,14 +22,10 @@ pub(crate) fn seams_from<const D: usize, const E: usize>(
         // Most of a picture is of one node.
         let mut next = at;
         next[axis] += 1;
-        if next[axis] >= model.block_grid()[axis] && matches!(&model.blocks[block], Block::Solid(_))
-        {
-            continue;
-        }
-        if next[axis] < model.block_grid()[axis]
-            && let Block::Solid(node) = &model.blocks[block]
-            && let Block::Solid(beyond) = &model.blocks[grid::index(model.block_grid(), next)]
-            && node == beyond
+        let is_last = next[axis] == model.block_grid()[axis];
+        if let Block::Solid(_) = &model.blocks[block]
+            && (is_last
+                || model.blocks[block] == model.blocks[grid::index(model.block_grid(), next)])
         {
             continue;
         }

@@ -116,6 +116,15 @@ struct Run {
     seen: Vec<Corner>,
 }
 
+/// What is thought of the next step of a run.
+struct Thought {
+    step: Step,
+    /// What each turn would take, in 256ths of a bit.
+    costs: [u32; 3],
+    /// The turn that there is.
+    turn: u32,
+}
+
 /// A pixel that changes sides, from one label to another.
 #[derive(Clone, Copy)]
 struct Flip {
@@ -137,10 +146,9 @@ impl Editor<'_> {
             bits: 0,
             seen: Vec::new(),
         };
-        let Some((costs, true_turn)) = self.think(tracer, &start) else { return };
-        if costs[true_turn as usize] >= SURPRISE {
-            let best = self.best(tracer, &start, costs, true_turn);
-            for flip in best {
+        let Some(thought) = self.think(tracer, &start) else { return };
+        if thought.costs[thought.turn as usize] >= SURPRISE {
+            for flip in self.best(tracer, &start, &thought) {
                 self.set(tracer, flip.pixel, flip.to);
             }
         }
@@ -152,22 +160,20 @@ impl Editor<'_> {
         &mut self,
         tracer: &mut Tracer<'_, C>,
         start: &Run,
-        costs: [u32; 3],
-        true_turn: u32,
+        first: &Thought,
     ) -> Vec<Flip> {
         // The way as it is, and what it takes up to each corner.
         let mut way = start.clone();
         let mut corners = Vec::new();
         while corners.len() < STEPS + TAIL {
-            let Some((costs, turn)) = self.think(tracer, &way) else { break };
-            way.bits += costs[turn as usize];
-            self.advance(tracer, &mut way, turn);
+            let Some(thought) = self.think(tracer, &way) else { break };
+            self.advance(tracer, &mut way, &thought, thought.turn);
             corners.push((way.corner, way.d, way.bits));
         }
         self.forget(tracer, &mut way);
         let mut best = (0.0f32, Vec::new());
         for turn in [AHEAD, LEFT, RIGHT] {
-            if turn == true_turn || costs[turn as usize] >= costs[true_turn as usize] {
+            if first.costs[turn as usize] >= first.costs[first.turn as usize] {
                 continue;
             }
             for most in 1..=MOST_FLIPS {
@@ -198,8 +204,10 @@ impl Editor<'_> {
         let mut error = 0.0;
         let mut back = None;
         for step in 0..STEPS + most {
-            let Some((costs, truth)) = self.think(tracer, &run) else { break };
-            let likely = [AHEAD, LEFT, RIGHT].into_iter().min_by_key(|&t| costs[t as usize]);
+            let Some(thought) = self.think(tracer, &run) else { break };
+            let truth = thought.turn;
+            let likely =
+                [AHEAD, LEFT, RIGHT].into_iter().min_by_key(|&t| thought.costs[t as usize]);
             let mut next = match likely {
                 _ if step == 0 => turn,
                 Some(likely) if flips.len() < most => likely,
@@ -217,8 +225,7 @@ impl Editor<'_> {
                     None => next = truth,
                 }
             }
-            run.bits += costs[next as usize];
-            self.advance(tracer, &mut run, next);
+            self.advance(tracer, &mut run, &thought, next);
             let here = (run.corner, run.d);
             if let Some(at) = way.iter().position(|&(corner, d, _)| (corner, d) == here) {
                 back = Some(at);
@@ -230,9 +237,8 @@ impl Editor<'_> {
             // Steps beyond, as far as both are known.
             let mut before = way[at].2;
             for &(_, _, bits) in &way[at + 1..way.len().min(at + 1 + TAIL)] {
-                let Some((costs, turn)) = self.think(tracer, &run) else { break };
-                run.bits += costs[turn as usize];
-                self.advance(tracer, &mut run, turn);
+                let Some(thought) = self.think(tracer, &run) else { break };
+                self.advance(tracer, &mut run, &thought, thought.turn);
                 before = bits;
             }
             gain = self.price * (before as f32 - run.bits as f32) - error;
@@ -245,9 +251,8 @@ impl Editor<'_> {
         (gain, flips, is_spent)
     }
 
-    /// What each turn would take, and the turn that there is; none where a chain ends, forks or meets
-    /// another.
-    fn think<C: Coder>(&self, tracer: &mut Tracer<'_, C>, run: &Run) -> Option<([u32; 3], u32)> {
+    /// What is to be thought of the next step; none where a chain ends, forks or meets another.
+    fn think<C: Coder>(&self, tracer: &mut Tracer<'_, C>, run: &Run) -> Option<Thought> {
         let truth = tracer.truth.as_deref()?;
         if truth.on_frame(run.corner) {
             return None;
@@ -287,22 +292,20 @@ impl Editor<'_> {
         let against = 3 - run.path.turned();
         costs[against as usize] = ahead[0] + aside[1];
         costs[3 - against as usize] = ahead[0] + aside[0];
-        Some((costs, turn))
+        Some(Thought { step, costs, turn })
     }
 
     /// Goes on by a turn.
-    fn advance<C: Coder>(&self, tracer: &mut Tracer<'_, C>, run: &mut Run, turn: u32) {
-        let head = Head {
-            lattice: &tracer.lattice,
-            path: &run.path,
-            corner: run.corner,
-            direction: run.d,
-            origin: tracer.origin,
-            steps: run.steps,
-        };
+    fn advance<C: Coder>(
+        &self,
+        tracer: &mut Tracer<'_, C>,
+        run: &mut Run,
+        thought: &Thought,
+        turn: u32,
+    ) {
+        run.bits += thought.costs[turn as usize];
         tracer.curves.set_misses(run.misses);
-        let step = Step::new(&head, &tracer.curves);
-        tracer.curves.learn(&step, turn == AHEAD);
+        tracer.curves.learn(&thought.step, turn == AHEAD);
         run.misses = tracer.curves.misses();
         run.path.turn(turn);
         run.d = turned(run.d, turn);
