@@ -47,7 +47,29 @@ struct Fringes<'a> {
     sure: Vec<bool>,
 }
 
+/// Rows of a picture that are looked at to tell whether its edges are antialiased.
+const ROWS: usize = 256;
+/// The greatest part of a mixture that shows that it is one.
+const MOST: f32 = 0.98;
+/// Mixtures at least, and how many of the pixels that could be some.
+const LEAST_MIXED: usize = 8;
+const LEAST_SHARE: f64 = 0.5;
+
 impl Source<2> {
+    /// A picture of straight RGBA colours: [`from_antialiased`](Self::from_antialiased) where most of what
+    /// is not in a flat area is a mixture of the flat colours around it, else
+    /// [`from_colors`](Self::from_colors).
+    ///
+    /// # Errors
+    /// As [`from_colors`](Self::from_colors).
+    pub fn from_picture(size: [u32; 2], colors: &[[u8; 4]], limits: &Limits) -> Result<Source<2>> {
+        limits.check_size(size)?;
+        if colors.len() == grid::count(size) && Fringes::new(size, colors).are_antialiased() {
+            return Self::from_antialiased(size, colors, limits);
+        }
+        Self::from_colors(size, colors, limits)
+    }
+
     /// A picture of straight RGBA colours with antialiased edges: pixels of mixed colours belong to the
     /// region that covers more of them, and the source's [`distances`](Self::distances) tell where
     /// boundaries lie within pixels. What is no mixture of the colours around it is a class of its own.
@@ -108,6 +130,26 @@ impl<'a> Fringes<'a> {
                 unsure.filter_map(|x| self.mixture([x, y], &palette)).collect()
             })
             .collect()
+    }
+
+    /// Whether most pixels that could be mixtures are, in some rows.
+    fn are_antialiased(&self) -> bool {
+        let palette = self.palette();
+        let [width, height] = self.size;
+        let step = (height as usize).div_ceil(ROWS).max(1);
+        let rows: Vec<u32> = (0..height).step_by(step).collect();
+        let count = |&y: &u32| {
+            let unsure = (0..width).map(|x| [x, y]).filter(|&at| !self.sure[self.index(at)]);
+            unsure.fold((0, 0), |(mixed, all), at| {
+                let has_its_color = palette.contains(&self.colors[self.index(at)]);
+                let mixture = if has_its_color { None } else { self.mixture(at, &palette) };
+                let is_mixed = mixture.is_some_and(|m| m.part.is_none_or(|part| part < MOST));
+                (mixed + usize::from(is_mixed), all + 1)
+            })
+        };
+        let (mixed, all) =
+            rows.par_iter().map(count).reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        mixed >= LEAST_MIXED && mixed as f64 > LEAST_SHARE * all as f64
     }
 
     fn index(&self, at: [u32; 2]) -> usize {
@@ -462,6 +504,33 @@ mod tests {
             let (beside, _) = worst(&source, BESIDE, signed);
             assert!(beside < 0.11, "{beside}");
         }
+    }
+
+    #[test]
+    fn antialiased_edges_are_told_from_others() {
+        let disc = |x: f32, y: f32| 12.0 > (x - 20.3).hypot(y - 19.6);
+        let drawn = drawn(disc);
+        let is_antialiased = |size: [u32; 2], colors: &[[u8; 4]]| {
+            let source = Source::from_picture(size, colors, &Limits::default());
+            source.unwrap().distances().is_some()
+        };
+        assert!(is_antialiased([SIDE; 2], &drawn));
+        let crisp: Vec<[u8; 4]> = grid::places([SIDE; 2])
+            .map(|[x, y]| if disc(x as f32, y as f32) { [9, 9, 9, 255] } else { [200, 0, 0, 255] })
+            .collect();
+        assert!(!is_antialiased([SIDE; 2], &crisp));
+        // A band of the colour between two others is a colour of its own.
+        let band: Vec<[u8; 4]> = grid::places([SIDE; 2])
+            .map(|[x, y]| [40 * (1 + (x + y / 3) / 10) as u8, 0, 0, 255])
+            .collect();
+        assert!(!is_antialiased([SIDE; 2], &band));
+        let noise: Vec<[u8; 4]> = (0..SIDE * SIDE)
+            .map(|i| i.wrapping_mul(2_654_435_761).to_be_bytes())
+            .map(|[r, g, b, _]| [r, g, b, 255])
+            .collect();
+        assert!(!is_antialiased([SIDE; 2], &noise));
+        assert!(!is_antialiased([1, 1], &[[1; 4]]));
+        assert!(Source::from_picture([3, 3], &[[1; 4]], &Limits::default()).is_err());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod bytes;
 
 use crate::fixtures;
+use serde_json::json as value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -323,12 +324,23 @@ fn antialiased_edges_are_no_regions() {
     let folder = Folder::new();
     let picture = disc_png(&folder);
     let [exact, smooth] = ["exact.istar", "smooth.istar"].map(|name| folder.path(name));
-    succeed(&["encode", text(&picture), "-o", text(&exact)]);
+    succeed(&["encode", text(&picture), "-o", text(&exact), "--regions", "exact"]);
     assert!(json(&["info", text(&exact), "--json"])["regions"].as_u64().unwrap() > 50);
-    succeed(&["encode", text(&picture), "-o", text(&smooth), "--regions", "antialiased"]);
-    assert_eq!(json(&["info", text(&smooth), "--json"])["regions"], 2);
-    let words = ["compare", text(&smooth), text(&picture), "--antialiased", "--json"];
-    assert!(json(&words)["wrong_pixels"].as_f64().unwrap() < 0.001);
+    // Told by the picture itself.
+    let told = json(&["encode", text(&picture), "-o", text(&smooth), "--json"]);
+    assert_eq!((&told["regions"], &told["antialiased"]), (&value!(2), &value!(true)));
+    let compared = json(&["compare", text(&smooth), text(&picture), "--json"]);
+    assert!(compared["wrong_pixels"].as_f64().unwrap() < 0.001);
+    assert_eq!(compared["antialiased"], true);
+    let words = ["compare", text(&smooth), text(&picture), "--original-regions", "exact", "--json"];
+    assert!(json(&words)["wrong_pixels"].as_f64().unwrap() > 0.01);
+    // Without loss every colour is kept, and that is what counts then.
+    succeed(&["encode", text(&picture), "-o", text(&exact), "--lossless"]);
+    let compared = json(&["compare", text(&exact), text(&picture), "--json"]);
+    assert_eq!(
+        (&compared["wrong_pixels"], &compared["antialiased"]),
+        (&value!(0.0), &value!(false))
+    );
     let words = ["encode", text(&picture), "-o", "x", "--lossless", "--regions", "antialiased"];
     assert_eq!(istar(&words).status.code(), Some(2));
 }

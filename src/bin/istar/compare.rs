@@ -24,9 +24,10 @@ pub struct Args {
     /// Tell each region that differs: as JSON all of them, by number; else the worst 20
     #[arg(long)]
     regions: bool,
-    /// The original has antialiased edges: compare with the regions that they part
-    #[arg(long)]
-    antialiased: bool,
+    /// What a region of the original is. Without it, where its edges are antialiased, what the file is
+    /// nearer to: the regions that they part, or every colour
+    #[arg(long, value_name = "KIND", value_enum, default_value_t)]
+    original_regions: RegionKind,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -36,14 +37,25 @@ pub fn run(args: &Args) -> Outcome {
     let stages = progress::Stages::new();
     stages.set("reading");
     let (image, bytes) = files::read_exact(&args.input)?;
-    let kind = if args.antialiased { RegionKind::Antialiased } else { RegionKind::Exact };
-    let source = pictures::read_source(&args.original, kind, &Limits::default())?;
+    let read = |kind| pictures::read_source(&args.original, kind, &Limits::default());
+    let compare = |source: &Source<2>| {
+        match args.regions {
+            true => istar::compare_by_region(&image, source),
+            false => istar::compare(&image, source).map(|result| (result, Vec::new())),
+        }
+        .map_err(|error| files::at(&args.input, &error))
+    };
+    let mut source = read(args.original_regions)?;
     stages.set("comparing");
-    let (result, regions) = match args.regions {
-        true => istar::compare_by_region(&image, &source),
-        false => istar::compare(&image, &source).map(|result| (result, Vec::new())),
+    let (mut result, mut regions) = compare(&source)?;
+    if args.original_regions == RegionKind::Auto && source.distances().is_some() {
+        let exact = read(RegionKind::Exact)?;
+        let with_exact = compare(&exact)?;
+        if with_exact.0.psnr > result.psnr {
+            source = exact;
+            (result, regions) = with_exact;
+        }
     }
-    .map_err(|error| files::at(&args.input, &error))?;
     let mut differ: Vec<RegionComparison> = regions.into_iter().filter(|r| !r.exact()).collect();
     drop(stages);
 
@@ -58,6 +70,7 @@ pub fn run(args: &Args) -> Outcome {
             "wrong_pixels": wrong,
             "boundary_error_px": boundary(result.boundary_error),
             "lost_regions": result.lost_regions,
+            "antialiased": source.distances().is_some(),
         });
         if args.regions {
             let region = |region: &RegionComparison| region_json(region, &source);
@@ -70,6 +83,11 @@ pub fn run(args: &Args) -> Outcome {
     tell!("psnr            {:.2} dB", result.psnr)?;
     tell!("wrong pixels    {:.3} % ({})", 100.0 * wrong, result.wrong_pixels)?;
     tell!("lost regions    {}", result.lost_regions)?;
+    if source.distances().is_some() {
+        tell!(
+            "edges           antialiased: a mixed pixel counts as of the region that has more of it"
+        )?;
+    }
     if let Some(error) = result.boundary_error {
         tell!("boundary error  {:.2} px mean, {:.2} px at 95 %", error.mean, error.p95)?;
     }

@@ -160,7 +160,7 @@ pub fn run(args: &Args) -> Outcome {
         }
         _ => {}
     }
-    let (Chosen { image, psnr, .. }, bytes) =
+    let Encoded { chosen: Chosen { image, psnr, .. }, bytes, is_antialiased } =
         encode_file(&args.input, args.options.regions, &options, target)?;
     output.finish(&bytes)?;
     if let (Some(wanted), Some(psnr)) = (args.options.psnr, psnr)
@@ -175,15 +175,17 @@ pub fn run(args: &Args) -> Outcome {
             json!({
                 "bytes": bytes.len(),
                 "size": image.size,
+                "antialiased": is_antialiased,
                 "regions": image.regions.len(),
                 "texel_size": texel_sizes(&image),
             })
         )?;
     } else {
         tell!(
-            "{}: {width}×{height} pixels, {} regions, {} bytes",
+            "{}: {width}×{height} pixels, {} regions{}, {} bytes",
             args.output.display(),
             image.regions.len(),
+            if is_antialiased { " with antialiased edges" } else { "" },
             bytes.len()
         )?;
     }
@@ -195,12 +197,11 @@ impl Options {
     fn holds_labels(&self) -> Result<bool, String> {
         let needs_texels = self.min_region > 0
             || !self.forbid.is_empty()
-            || self.regions != RegionKind::Exact
             || self.connectivity != ConnectivityName::Four;
         match self.payload {
             Some(PayloadName::Labels) if needs_texels => {
-                Err("--payload labels goes with no --min-region, --forbid, --regions or --connectivity: \
-                     leave them out, or the payload"
+                Err("--payload labels goes with no --min-region, --forbid or --connectivity: leave them \
+                     out, or the payload"
                     .into())
             }
             payload => Ok(payload.map_or(!needs_texels, |payload| payload == PayloadName::Labels)),
@@ -216,25 +217,29 @@ fn encode_lossy(
 ) -> Outcome {
     let stages = progress::Stages::new();
     stages.set("reading");
-    let source = pictures::read_source(&args.input, RegionKind::Exact, &options.limits)?;
+    let source = pictures::read_source(&args.input, args.options.regions, &options.limits)?;
     let stage = |stage| stages.set(stage);
     let Lossy { bytes, scale, psnr } = istar::encode_lossy(&source, options, target, stage)
         .map_err(|error| files::at(&args.input, &error))?;
     drop(stages);
     output.finish(&bytes)?;
     let [width, height] = source.size();
+    // Where within pixels antialiased edges lie is no matter of labels.
+    let is_antialiased = source.distances().is_some();
     if args.json {
         // JSON has no infinity.
         let told = json!({
             "bytes": bytes.len(),
             "size": source.size(),
-            "lossless": psnr.is_infinite(),
+            "antialiased": is_antialiased,
+            "lossless": psnr.is_infinite() && !is_antialiased,
             "psnr": psnr.is_finite().then_some(psnr),
             "label_size": scale,
         });
         return tell!("{told}");
     }
     let quality = match (psnr.is_infinite(), scale) {
+        (true, _) if is_antialiased => "all regions without loss, edges no longer mixed".into(),
         (true, _) => "without loss".into(),
         (_, 1) => format!("{psnr:.2} dB"),
         _ => format!("{psnr:.2} dB, a label for {scale}×{scale} pixels"),
@@ -266,14 +271,22 @@ fn encode_lossless(args: &Args, options: &EncodeOptions, output: files::Output) 
     Ok(())
 }
 
-/// Reads and encodes a picture, with the texel size of the options where there is no target; the model
-/// and the file's bytes.
+/// An encoded picture.
+pub struct Encoded {
+    pub chosen: Chosen,
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// Whether mixed colours were read as edges.
+    pub is_antialiased: bool,
+}
+
+/// Reads and encodes a picture, with the texel size of the options where there is no target.
 pub fn encode_file(
     input: &Path,
     kind: RegionKind,
     options: &EncodeOptions,
     target: Option<Target>,
-) -> Result<(Chosen, Vec<u8>), String> {
+) -> Result<Encoded, String> {
     let stages = progress::Stages::new();
     stages.set("reading");
     let source = pictures::read_source(input, kind, &options.limits)?;
@@ -288,5 +301,5 @@ pub fn encode_file(
     stages.set("packing");
     let bytes = container::write_with(&chosen.image, &chosen.notes)
         .map_err(|error| files::at(input, &error))?;
-    Ok((chosen, bytes))
+    Ok(Encoded { chosen, bytes, is_antialiased: source.distances().is_some() })
 }

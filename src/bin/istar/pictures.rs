@@ -11,8 +11,10 @@ use std::path::Path;
 /// What a region is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum RegionKind {
-    /// Pixels of the very same colour or label
+    /// As the picture's edges are: antialiased ones are told by their mixed colours
     #[default]
+    Auto,
+    /// Pixels of the very same colour or label
     Exact,
     /// The same with antialiased edges: pixels of mixed colours tell where within them a boundary is
     Antialiased,
@@ -98,6 +100,7 @@ fn read_colors<R: BufRead + Seek>(
         }
     })?;
     match kind {
+        RegionKind::Auto => Source::from_picture(size, &colors, limits),
         RegionKind::Exact => Source::from_colors(size, &colors, limits),
         RegionKind::Antialiased => Source::from_antialiased(size, &colors, limits),
     }

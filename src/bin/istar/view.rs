@@ -45,13 +45,12 @@ pub fn run(args: &Args) -> Outcome {
         files::read_image(&args.input)?;
         return serve(one_picture(&args.input)?, args.port);
     }
-    let (_, bytes) =
-        encode::encode_file(&args.input, args.regions, &EncodeOptions::default(), None)?;
+    let encoded = encode::encode_file(&args.input, args.regions, &EncodeOptions::default(), None)?;
     let fault = |error| format!("cannot write a temporary file: {error}");
-    let mut encoded = tempfile::NamedTempFile::new().map_err(fault)?;
-    encoded.write_all(&bytes).map_err(fault)?;
-    // Removed when the server ends and `encoded` goes out of scope.
-    serve(one_picture(encoded.path())?, args.port)
+    let mut file = tempfile::NamedTempFile::new().map_err(fault)?;
+    file.write_all(&encoded.bytes).map_err(fault)?;
+    // Removed when the server ends and `file` goes out of scope.
+    serve(one_picture(file.path())?, args.port)
 }
 
 fn is_istar(path: &Path) -> Result<bool, String> {
