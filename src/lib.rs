@@ -9,8 +9,8 @@
 //!                               └──▶ gpu: pack ▶ upload ▶ shaders/*.wgsl ▶ pixels
 //! ```
 //!
-//! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera ← {container, raster,
-//! gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
+//! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera, texels ← {container,
+//! raster, gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
 //! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
 //! `container`, which [`open`] joins with the encoder.
@@ -21,7 +21,6 @@ mod camera;
 #[cfg(feature = "encode")]
 mod compare;
 pub mod container;
-#[cfg(feature = "encode")]
 mod entropy;
 mod error;
 pub mod gamma;
@@ -53,6 +52,7 @@ mod open;
 mod sizes;
 #[cfg(feature = "encode")]
 mod target;
+mod texels;
 
 #[cfg(feature = "gpu")]
 pub mod gpu;

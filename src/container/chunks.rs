@@ -2,6 +2,7 @@
 
 use super::crc32;
 use super::directory::{ENTRY_BYTES, HEADER_BYTES, Part};
+use crate::entropy::{Decoder, code_bytes};
 use crate::error::{Error, Result};
 
 /// Unpacks the chunks of a file that a reader knows, each by its tag and what to call it; those that
@@ -37,16 +38,18 @@ pub fn unpack<const N: usize>(
         if crc32(stored) != part.crc {
             return Err(Error::malformed(name, "its checksum does not match: the file is damaged"));
         }
-        let raw = if part.raw == part.stored {
-            stored.to_vec()
-        } else {
-            miniz_oxide::inflate::decompress_to_vec_with_limit(stored, part.raw as usize)
-                .map_err(|_| Error::malformed(name, "it cannot be unpacked"))?
-        };
-        if raw.len() != part.raw as usize {
-            return Err(Error::malformed(name, "it unpacks to another length than it says"));
-        }
-        chunks[slot] = Some(raw);
+        chunks[slot] = Some(match part.raw == part.stored {
+            true => stored.to_vec(),
+            false => {
+                let mut raw = vec![0; part.raw as usize];
+                let mut decoder = Decoder::new(stored);
+                if !code_bytes(&mut decoder, &mut raw) || !decoder.at_end() {
+                    let fault = "it unpacks to another length than it says";
+                    return Err(Error::malformed(name, fault));
+                }
+                raw
+            }
+        });
     }
     Ok(chunks)
 }

@@ -1,6 +1,7 @@
 //! The file: bytes to model and back. `SPEC.md` beside this file is the format, bytes first.
 
 mod bytes;
+mod cells;
 mod chunks;
 mod directory;
 #[cfg(feature = "encode")]
@@ -26,7 +27,7 @@ pub use read::read;
 pub use write::{write, write_with};
 
 /// The version that this crate writes, and the only one it reads.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 
 /// The first bytes of every file. The first is no ASCII and the last two a line end, so that a
 /// transfer that strips a bit or changes line ends shows at once.

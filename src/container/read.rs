@@ -1,14 +1,15 @@
 //! Bytes to model.
 
 use super::bytes::Reader;
+use super::cells::code_blocks;
 use super::chunks::{all, unpack};
 use super::directory::{self, Part, Payload};
-use super::texels::Sharing;
+use super::texels::code_texels;
+use crate::entropy::{Coder, Decoder};
 use crate::error::{Error, Result};
 use crate::gamma::Gamma;
-use crate::grid;
 use crate::limits::{Limits, MAX_CANDIDATES};
-use crate::model::{Block, Cells, EdgePlane, Image, Lists, Model, Node, Region};
+use crate::model::{Block, EdgePlane, Image, Lists, Model, Node, Region};
 
 /// Reads a whole file.
 ///
@@ -62,6 +63,10 @@ const KNOWN: [([u8; 4], &str); 8] = [
     (*b"TEXL", "texels"),
     (*b"PLAN", "planes"),
 ];
+const BLOCKS: usize = 5;
+const TEXELS: usize = 6;
+/// Memory that it takes to read a texel in use, until it is in its place.
+const BYTES_A_TEXEL: u64 = 100;
 /// The one that is there only where γ is planes.
 const PLANES: usize = 7;
 
@@ -84,9 +89,8 @@ fn read_chunks(model: &mut Image, chunks: &[Vec<u8>; KNOWN.len()], limits: &Limi
     model.nodes = read_nodes(part(1))?;
     model.edges = read_simplices(part(2))?;
     model.faces = read_simplices(part(3))?;
-    model.lists = read_lists(part(4))?;
-    read_blocks(model, part(5), limits)?;
-    read_texels(model, part(6))?;
+    model.lists = read_lists(part(4), model.nodes.len())?;
+    read_blocks(model, &chunks[BLOCKS], &chunks[TEXELS], limits)?;
     model.planes = read_planes(part(PLANES))?;
     Ok(())
 }
@@ -105,9 +109,12 @@ fn read_nodes<const E: usize>(mut from: Reader<'_>) -> Result<Vec<Node<E>>> {
     let count = from.count(E + 1)?;
     let mut nodes = Vec::with_capacity(count);
     for _ in 0..count {
-        let position = from.array()?;
-        let region = from.varint()?.checked_sub(1);
-        nodes.push(Node { position, region });
+        nodes.push(Node { position: from.array()?, region: None });
+    }
+    let mut last = 0u32;
+    for node in &mut nodes {
+        last = last.wrapping_add(from.varint()?).wrapping_add(1);
+        node.region = last.checked_sub(1);
     }
     from.finish()?;
     Ok(nodes)
@@ -147,7 +154,7 @@ fn read_planes<const E: usize>(mut from: Reader<'_>) -> Result<Vec<EdgePlane<E>>
     Ok(planes)
 }
 
-fn read_lists(mut from: Reader<'_>) -> Result<Lists> {
+fn read_lists(mut from: Reader<'_>, nodes: usize) -> Result<Lists> {
     let count = from.count(2)?;
     let mut lists = Lists::default();
     for _ in 0..count {
@@ -159,78 +166,39 @@ fn read_lists(mut from: Reader<'_>) -> Result<Lists> {
         for i in 0..length {
             list[i] = from.ahead_of(if i == 0 { 0 } else { list[i - 1] })?;
         }
+        // In ascending order.
+        if list[length - 1] as usize >= nodes {
+            return Err(from.error("a node that is not there"));
+        }
         lists.push(&list[..length]);
     }
     from.finish()?;
     Ok(lists)
 }
 
-fn read_blocks<const D: usize, const E: usize>(
-    model: &mut Model<D, E>,
-    mut from: Reader<'_>,
-    limits: &Limits,
-) -> Result<()> {
-    let count = grid::count(model.block_grid());
-    let mut memory = 0u64;
-    for _ in 0..count {
-        let Some(texel_log2) = from.u8()?.checked_sub(1) else {
-            model.blocks.push(Block::Solid(from.varint()?));
-            continue;
-        };
-        if texel_log2 > model.block_log2 {
-            return Err(from.error("a texel size out of range"));
-        }
-        let cells = grid::count(model.cell_grid(texel_log2));
-        let texels = grid::count(model.texel_grid(texel_log2));
-        memory += (cells * size_of::<u32>() + texels * E) as u64;
-        if memory > limits.memory {
-            return Err(Error::Limit(format!(
-                "the blocks take over {} bytes, which is the limit",
-                limits.memory
-            )));
-        }
-        let mut lists = Vec::with_capacity(cells);
-        for _ in 0..cells {
-            let list = from.varint()?;
-            if list as usize >= model.lists.len() {
-                return Err(from.error("a cell names a list that is not there"));
-            }
-            lists.push(list);
-        }
-        model.blocks.push(Block::Cells(Cells { texel_log2, lists, texels: vec![[0; E]; texels] }));
+/// Blocks and their texels, each chunk one stream of decisions.
+fn read_blocks(model: &mut Image, blocks: &[u8], texels: &[u8], limits: &Limits) -> Result<()> {
+    let mut decoder = Decoder::new(blocks);
+    model.blocks = code_blocks(model, None, &mut decoder, limits)?;
+    finish(&decoder, KNOWN[BLOCKS].1)?;
+    let in_use = |block: &Block<3>| match block {
+        Block::Cells(cells) => model.texels_in_use(cells).into_iter().filter(|&used| used).count(),
+        Block::Solid(_) => 0,
+    };
+    let in_use = model.blocks.iter().map(in_use).sum::<usize>() as u64;
+    if in_use * BYTES_A_TEXEL > limits.memory {
+        return Err(Error::Limit("too many texels".into()));
     }
-    from.finish()
+    let mut decoder = Decoder::new(texels);
+    code_texels(model, &mut decoder);
+    finish(&decoder, KNOWN[TEXELS].1)
 }
 
-/// Texels as differences from the one before in the block, modulo 256.
-fn read_texels<const D: usize, const E: usize>(
-    model: &mut Model<D, E>,
-    mut from: Reader<'_>,
-) -> Result<()> {
-    let sharing = Sharing::new(model);
-    for block in 0..model.blocks.len() {
-        let Block::Cells(cells) = &model.blocks[block] else { continue };
-        let mut texels = vec![[0; E]; cells.texels.len()];
-        let mut last = [0u8; E];
-        for texel in 0..texels.len() {
-            if !sharing.in_use(block, texel) {
-                continue;
-            }
-            last = match sharing.earlier(block, texel) {
-                Some((other, index)) => match &model.blocks[other] {
-                    Block::Cells(cells) => cells.texels[index],
-                    Block::Solid(_) => last,
-                },
-                None => {
-                    let step = from.array::<E>()?;
-                    std::array::from_fn(|e| last[e].wrapping_add(step[e]))
-                }
-            };
-            texels[texel] = last;
-        }
-        if let Block::Cells(cells) = &mut model.blocks[block] {
-            cells.texels = texels;
-        }
-    }
-    from.finish()
+fn finish(decoder: &Decoder<'_>, part: &'static str) -> Result<()> {
+    let fault = match decoder.exhausted() {
+        true => "it ends too early",
+        false if decoder.at_end() => return Ok(()),
+        false => "bytes are left over",
+    };
+    Err(Error::malformed(part, fault))
 }

@@ -1,18 +1,17 @@
 //! Model to bytes: the mirror of `read.rs`.
 
 use super::bytes::push_varint;
+use super::cells::code_blocks;
 use super::directory::{Header, Payload};
 use super::notes::{self, Notes};
-use super::texels::Sharing;
+use super::texels::code_texels;
 use super::{MAGIC, VERSION, crc32};
+use crate::entropy::{Encoder, code_bytes};
 use crate::error::{Error, Result};
 use crate::gamma::Gamma;
 use crate::kernel::Kernel;
 use crate::limits::Limits;
-use crate::model::{Block, Image, Model};
-
-/// DEFLATE effort: 9 gains under 1 % on 6 and takes twice the time.
-const DEFLATE_LEVEL: u8 = 8;
+use crate::model::Image;
 
 /// Writes a whole file.
 ///
@@ -29,14 +28,15 @@ pub fn write(model: &Image) -> Result<Vec<u8>> {
 /// As [`write`].
 pub fn write_with(model: &Image, notes: &Notes) -> Result<Vec<u8>> {
     model.check(&Limits { pixels: u64::MAX, memory: u64::MAX, ..Limits::default() })?;
+    let [blocks, texels] = blocks(model)?;
     let mut chunks = vec![
         (*b"REGN", regions(model)),
         (*b"NODE", nodes(model)),
         (*b"EDGE", simplices(&model.edges)),
         (*b"FACE", simplices(&model.faces)),
         (*b"LIST", lists(model)),
-        (*b"BLCK", blocks(model)),
-        (*b"TEXL", texels(model)?),
+        (*b"BLCK", blocks),
+        (*b"TEXL", texels),
     ];
     if model.gamma == Gamma::Planes {
         chunks.push((*b"PLAN", planes(model)));
@@ -88,9 +88,13 @@ pub(super) fn assemble(header: &Header, chunks: &[([u8; 4], Vec<u8>)]) -> Result
 
     let mut body: Vec<u8> = Vec::new();
     for (tag, raw) in chunks {
-        let packed = miniz_oxide::deflate::compress_to_vec(raw, DEFLATE_LEVEL);
+        let mut coder = Encoder::new();
+        code_bytes(&mut coder, &mut raw.clone());
+        let packed = coder.finish();
+        // What a reader may skip is stored as it is, so that any can read it.
+        let is_coded = packed.len() < raw.len() && tag[0].is_ascii_uppercase();
         // A chunk whose two lengths agree is stored as it is.
-        let stored = if packed.len() < raw.len() { &packed } else { raw };
+        let stored = if is_coded { &packed } else { raw };
         let length = |bytes: &Vec<u8>| {
             u32::try_from(bytes.len())
                 .map_err(|_| Error::Limit("a part of the file would exceed 4 GB".into()))
@@ -119,9 +123,13 @@ fn regions(model: &Image) -> Vec<u8> {
 fn nodes(model: &Image) -> Vec<u8> {
     let mut out = Vec::new();
     push_varint(&mut out, model.nodes.len() as u32);
+    model.nodes.iter().for_each(|node| out.extend(node.position));
+    let mut last = 0;
     for node in &model.nodes {
-        out.extend(node.position);
-        push_varint(&mut out, node.region.map_or(0, |region| region + 1));
+        // Mostly one after the other.
+        let region = node.region.map_or(0, |region| region + 1);
+        push_varint(&mut out, region.wrapping_sub(last).wrapping_sub(1));
+        last = region;
     }
     out
 }
@@ -167,47 +175,18 @@ fn lists(model: &Image) -> Vec<u8> {
     out
 }
 
-fn blocks(model: &Image) -> Vec<u8> {
-    let mut out = Vec::new();
-    for block in &model.blocks {
-        match block {
-            Block::Solid(node) => {
-                out.push(0);
-                push_varint(&mut out, *node);
-            }
-            Block::Cells(cells) => {
-                out.push(cells.texel_log2 + 1);
-                for &list in &cells.lists {
-                    push_varint(&mut out, list);
-                }
-            }
-        }
+/// The blocks, and their texels.
+fn blocks(model: &Image) -> Result<[Vec<u8>; 2]> {
+    let limits = Limits { memory: u64::MAX, ..Limits::default() };
+    let mut coder = Encoder::new();
+    code_blocks(model, Some(&model.blocks), &mut coder, &limits)?;
+    let blocks = coder.finish();
+    // Coded as they are read: what comes out must be what went in.
+    let mut read = model.clone();
+    let mut coder = Encoder::new();
+    code_texels(&mut read, &mut coder);
+    if read.blocks != model.blocks {
+        return Err(Error::malformed("texels", "two blocks disagree on a texel"));
     }
-    out
-}
-
-fn texels<const D: usize, const E: usize>(model: &Model<D, E>) -> Result<Vec<u8>> {
-    let sharing = Sharing::new(model);
-    let mut out = Vec::new();
-    for (block, content) in model.blocks.iter().enumerate() {
-        let Block::Cells(cells) = content else { continue };
-        let mut last = [0u8; E];
-        for (texel, &value) in cells.texels.iter().enumerate() {
-            if !sharing.in_use(block, texel) {
-                continue;
-            }
-            match sharing.earlier(block, texel) {
-                None => out.extend((0..E).map(|e| value[e].wrapping_sub(last[e]))),
-                Some((other, index)) => {
-                    let agrees = matches!(&model.blocks[other],
-                        Block::Cells(cells) if cells.texels[index] == value);
-                    if !agrees {
-                        return Err(Error::malformed("texels", "two blocks disagree on a texel"));
-                    }
-                }
-            }
-            last = value;
-        }
-    }
-    Ok(out)
+    Ok([blocks, coder.finish()])
 }

@@ -1,11 +1,11 @@
 //! The first texels: averages over the pixels they stand for (Eq. 3 with area coverage as the
 //! indicator vector).
 
-use super::texels::Texels;
 use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::Regions;
 use crate::model::{Block, Model};
+use crate::texels::Texels;
 use rayon::prelude::*;
 
 /// Sets every texel in use to the mean position of the pixels within half a texel of it; those not

@@ -264,6 +264,10 @@ fn pull_borders<const T: usize, const E: usize>(
 
 /// Taps with their first two axes swapped.
 pub(super) fn swapped(taps: &[f32; TAPS], along_taps: usize) -> [f32; TAPS] {
+    if along_taps == 3 {
+        let [a, b, c, d, e, f, g, h, i] = *taps;
+        return [a, d, g, b, e, h, c, f, i];
+    }
     let mut to = [0.0; TAPS];
     let plane = along_taps * along_taps;
     for (k, to) in to.iter_mut().enumerate() {

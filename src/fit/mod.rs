@@ -19,7 +19,6 @@ mod refine;
 mod rescue;
 mod search;
 mod settle;
-mod texels;
 mod weights;
 
 pub use init::start;
@@ -28,10 +27,10 @@ pub use rescue::rescue;
 use crate::grid;
 use crate::labels::Regions;
 use crate::model::{Block, Cells, Model, NodeId};
+use crate::texels::{Texels, UNUSED};
 use problem::Problem;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use texels::{Texels, UNUSED};
 
 /// What a pixel of another region costs whatever its colour, as a part of black for white: two regions
 /// of one colour still have a boundary worth keeping.

@@ -2,12 +2,12 @@
 //! should come out.
 
 use super::labels::{are_one, own_node};
-use super::texels::Texels;
 use super::weights::{Weights, weights};
 use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::Regions;
 use crate::model::{Block, Cells, ListId, Located, Model, NodeId};
+use crate::texels::Texels;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;

@@ -3,12 +3,12 @@
 
 use super::close_seams;
 use super::labels::own_region;
-use super::texels::{Texels, UNUSED};
 use crate::embed::Cut;
 use crate::gamma::{Value, dot};
 use crate::grid::{self, Point};
 use crate::labels::Regions;
 use crate::model::{Block, InCell, Located, Model, NodeId, RegionId};
+use crate::texels::{Texels, UNUSED};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -29,6 +29,8 @@ const SCARCE: u32 = 256;
 const LOOKS: usize = 256;
 /// Projections onto a node's wedge; they end earlier where it is reached.
 const PROJECTIONS: usize = 64;
+/// Pixels looked through by one task.
+const CHUNK: usize = 1 << 16;
 /// Bytes are rounded and bounded: the push is made again this often until the pixel is won.
 const PUSHES: usize = 4;
 
@@ -94,9 +96,10 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         let picture = &*model;
         let decoded = decode_all(picture, &cuts);
         let mut seen = vec![0; model.regions.len()];
-        decoded.iter().for_each(|&region| seen[region as usize] += 1);
+        runs(&decoded).for_each(|run| seen[run[0] as usize] += run.len() as u32);
         let mut pixels = vec![0; model.regions.len()];
-        regions.labels.iter().for_each(|&label| pixels[own_region(model, label) as usize] += 1);
+        let count = |run: &[u32]| pixels[own_region(model, run[0]) as usize] += run.len() as u32;
+        runs(&regions.labels).for_each(count);
         let texels = Texels::of_fitted(model);
         let (copy_starts, copies) = copies(&texels);
         Rescuer {
@@ -184,11 +187,18 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         if !self.seen.contains(&0) {
             return lost;
         }
-        for (pixel, &label) in self.regions.labels.iter().enumerate() {
-            let region = own_region(self.model, label);
-            if self.seen[region as usize] == 0 {
-                lost.entry(region).or_default().push(pixel);
-            }
+        let (model, seen, labels) = (&*self.model, &self.seen, &self.regions.labels);
+        let is_lost = |label: u32| seen[own_region(model, label) as usize] == 0;
+        let pixels = labels.par_chunks(CHUNK).enumerate().flat_map_iter(|(chunk, labels)| {
+            let mut end = chunk * CHUNK;
+            let runs = runs(labels).map(move |run| {
+                end += run.len();
+                (run[0], end - run.len()..end)
+            });
+            runs.filter(|&(label, _)| is_lost(label))
+        });
+        for (label, pixels) in pixels.collect::<Vec<_>>() {
+            lost.entry(own_region(model, label)).or_default().extend(pixels);
         }
         lost.retain(|&region, pixels| self.is_due(region, pixels));
         lost
@@ -442,6 +452,11 @@ fn copies<const E: usize>(texels: &Texels<E>) -> (Vec<u32>, Vec<(u32, u32)>) {
         *slot += 1;
     }
     (starts, copies)
+}
+
+/// Pixels of one region, or label, that come one after the other.
+fn runs(of_pixels: &[u32]) -> impl Iterator<Item = &[u32]> {
+    of_pixels.chunk_by(|a, b| a == b)
 }
 
 fn middle<const D: usize>(at: [u32; D]) -> Point<D> {

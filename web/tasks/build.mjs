@@ -30,7 +30,14 @@ export async function build() {
 }
 
 /** Rust puts the stack first: the lowest bytes are its far end, and no address is computed from there. */
-const SMALL = ['-Oz', '--converge', '--low-memory-unused'];
+const SMALL = [
+  '--gufa-optimizing',
+  '--merge-similar-functions',
+  '--coalesce-locals-learning',
+  '-Oz',
+  '--converge',
+  '--low-memory-unused',
+];
 
 /** target/web: the viewer's module, its glue and their types, from wasm-bindgen; dist/istar_bg.wasm: the same, smaller. */
 export function wasm() {

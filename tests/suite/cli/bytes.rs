@@ -21,7 +21,8 @@ fn a_quality_or_a_number_of_bytes_chooses_the_texel_sizes() {
         if before > 0 {
             let told = json(&[&encode[..], &["--max-bytes", &most.to_string()]].concat());
             let bytes = told["bytes"].as_u64().unwrap();
-            assert!(bytes <= most && bytes > before, "{most} bytes: {bytes}");
+            // There may be none between the two.
+            assert!(bytes <= most && bytes >= before, "{most} bytes: {bytes}");
         }
         before = bytes;
     }

@@ -5,13 +5,12 @@
 
 use crate::grid;
 use crate::model::{Block, Model};
-use rustc_hash::FxHashMap;
 
 /// The number of a texel that no cell needs.
-pub(super) const UNUSED: u32 = u32::MAX;
+pub(crate) const UNUSED: u32 = u32::MAX;
 
 /// The texels of a model by number.
-pub(super) struct Texels<const E: usize> {
+pub(crate) struct Texels<const E: usize> {
     /// The values; of those that follow from others too.
     pub values: Vec<[f32; E]>,
     /// For each block its texels by number; [`UNUSED`] for those not in use.
@@ -22,6 +21,7 @@ pub(super) struct Texels<const E: usize> {
     /// What follows from what, and by which weight: none for a texel that is free.
     sources: Csr,
     /// The other way round.
+    #[cfg(feature = "encode")]
     followers: Csr,
 }
 
@@ -48,32 +48,14 @@ impl Csr {
 }
 
 impl<const E: usize> Texels<E> {
-    /// The texels that cells of `model` need, with those that follow from others where they belong.
-    pub fn new<const D: usize>(model: &Model<D, E>) -> Self {
-        let mut texels = Self::as_stored(model);
-        texels.follow_all();
-        texels
-    }
-
-    /// The texels of a model that was fitted: those that could follow from others and do not are free.
-    pub fn of_fitted<const D: usize>(model: &Model<D, E>) -> Self {
-        let mut texels = Self::as_stored(model);
-        let value = |source: u32| texels.values[source as usize];
-        let elsewhere: Vec<u32> = (0..texels.values.len() as u32)
-            .filter(|&texel| {
-                !texels.is_free(texel) && texels.following(texel, value) != value(texel)
-            })
-            .collect();
-        texels.release(&elsewhere);
-        texels
-    }
-
-    fn as_stored<const D: usize>(model: &Model<D, E>) -> Self {
+    /// The texels that cells of `model` need, with the values that they have there.
+    pub fn as_stored<const D: usize>(model: &Model<D, E>) -> Self {
         let mut texels = Texels {
             values: Vec::new(),
             places: vec![Vec::new(); model.blocks.len()],
             colors: Vec::new(),
             sources: Csr::new(&[]),
+            #[cfg(feature = "encode")]
             followers: Csr::new(&[]),
         };
         let mut sources: Vec<Vec<(u32, f32)>> = Vec::new();
@@ -90,26 +72,24 @@ impl<const E: usize> Texels<E> {
         texels
     }
 
-    fn connect(&mut self, sources: &[Vec<(u32, f32)>]) {
-        let mut followers = vec![Vec::new(); self.values.len()];
-        for (follower, sources) in (0..).zip(sources) {
-            for &(source, weight) in sources {
-                followers[source as usize].push((follower, weight));
-            }
-        }
-        self.sources = Csr::new(sources);
-        self.followers = Csr::new(&followers);
+    /// The value of a block's texel; none where that is not in use.
+    pub fn value(&self, block: usize, place: usize) -> Option<[f32; E]> {
+        let number = self.places[block][place];
+        (number != UNUSED).then(|| self.values[number as usize])
     }
 
-    /// Makes texels free.
-    pub fn release(&mut self, texels: &[u32]) {
-        if texels.is_empty() {
-            return;
+    fn connect(&mut self, sources: &[Vec<(u32, f32)>]) {
+        #[cfg(feature = "encode")]
+        {
+            let mut followers = vec![Vec::new(); self.values.len()];
+            for (follower, sources) in (0..).zip(sources) {
+                for &(source, weight) in sources {
+                    followers[source as usize].push((follower, weight));
+                }
+            }
+            self.followers = Csr::new(&followers);
         }
-        let all = 0..self.values.len() as u32;
-        let mut sources: Vec<_> = all.map(|texel| self.sources(texel).to_vec()).collect();
-        texels.iter().for_each(|&texel| sources[texel as usize].clear());
-        self.connect(&sources);
+        self.sources = Csr::new(sources);
     }
 
     /// Numbers the texels of blocks with one texel size.
@@ -121,11 +101,6 @@ impl<const E: usize> Texels<E> {
         let texel_grid = model.texel_grid(texel_log2);
         let block_grid = model.block_grid();
         let taps = model.kernel.taps() as u32;
-        // By place among all texels of this size that the picture could have: far more than it has, and
-        // more than there is memory for where a file says so.
-        let all: [u32; D] =
-            std::array::from_fn(|axis| block_grid[axis] * cell_grid[axis] + model.kernel.texels(0));
-        let mut numbers: FxHashMap<usize, u32> = FxHashMap::default();
         for (i, block) in model.blocks.iter().enumerate() {
             let Block::Cells(cells) = block else { continue };
             if cells.texel_log2 != texel_log2 {
@@ -136,17 +111,56 @@ impl<const E: usize> Texels<E> {
             let mut places = vec![UNUSED; used.len()];
             for (local, place) in places.iter_mut().enumerate().filter(|&(local, _)| used[local]) {
                 let within = grid::place(texel_grid, local);
-                let global: [u32; D] =
-                    std::array::from_fn(|axis| at[axis] * cell_grid[axis] + within[axis]);
-                *place = *numbers.entry(grid::index(all, global)).or_insert_with(|| {
+                let known = self.known(block_grid, i, cell_grid, texel_grid, within);
+                *place = known.unwrap_or_else(|| {
                     self.values.push(cells.texels[local].map(f32::from));
-                    let color = grid::index([taps; D], global.map(|along| along % taps));
-                    self.colors.push(color as u8);
+                    let color: [u32; D] = std::array::from_fn(|axis| {
+                        (at[axis] * cell_grid[axis] + within[axis]) % taps
+                    });
+                    self.colors.push(grid::index([taps; D], color) as u8);
                     self.values.len() as u32 - 1
                 });
             }
             self.places[i] = places;
         }
+    }
+
+    /// The number of a block's texel, if an earlier block of the same texel size has it too: one that
+    /// is next to it.
+    fn known<const D: usize>(
+        &self,
+        block_grid: [u32; D],
+        block: usize,
+        cell_grid: [u32; D],
+        texel_grid: [u32; D],
+        within: [u32; D],
+    ) -> Option<u32> {
+        let at = grid::place(block_grid, block);
+        for step in grid::places([3; D]) {
+            let mut beside = [0; D];
+            let mut there = [0; D];
+            let is_there = (0..D).all(|axis| {
+                beside[axis] = (at[axis] + step[axis]).wrapping_sub(1);
+                there[axis] =
+                    (within[axis] + cell_grid[axis]).wrapping_sub(step[axis] * cell_grid[axis]);
+                beside[axis] < block_grid[axis] && there[axis] < texel_grid[axis]
+            });
+            if !is_there {
+                continue;
+            }
+            let beside = grid::index(block_grid, beside);
+            if beside >= block {
+                // Steps run in order: everything from here on comes later.
+                return None;
+            }
+            let number = self.places[beside].get(grid::index(texel_grid, there));
+            // A block of another texel size has other places.
+            let is_same = self.places[beside].len() == grid::count(texel_grid);
+            if let Some(&number) = number.filter(|&&number| is_same && number != UNUSED) {
+                return Some(number);
+            }
+        }
+        None
     }
 
     /// Finds what texels of one size follow from, where blocks with coarser ones are beside them.
@@ -164,20 +178,19 @@ impl<const E: usize> Texels<E> {
             let at = grid::place(block_grid, i);
             // The blocks around it with coarser texels, the coarsest first.
             let mut coarser: Vec<(u8, [i32; D], usize)> = Vec::new();
-            for step in grid::places([3; D]) {
-                let step: [i32; D] = step.map(|along| along as i32 - 1);
-                let beside: [i64; D] =
-                    std::array::from_fn(|axis| i64::from(at[axis]) + i64::from(step[axis]));
-                if (0..D).any(|axis| !(0..i64::from(block_grid[axis])).contains(&beside[axis])) {
-                    continue;
-                }
-                let beside = grid::index(block_grid, beside.map(|along| along as u32));
-                match size_of(&model.blocks[beside]) {
-                    Some(size) if size > texel_log2 => coarser.push((size, step, beside)),
-                    _ => {}
+            for size in (texel_log2 + 1..=model.block_log2).rev() {
+                for step in grid::places([3; D]) {
+                    let beside: [u32; D] =
+                        std::array::from_fn(|axis| (at[axis] + step[axis]).wrapping_sub(1));
+                    if (0..D).any(|axis| beside[axis] >= block_grid[axis]) {
+                        continue;
+                    }
+                    let beside = grid::index(block_grid, beside);
+                    if size_of(&model.blocks[beside]) == Some(size) {
+                        coarser.push((size, step.map(|along| along as i32 - 1), beside));
+                    }
                 }
             }
-            coarser.sort_by_key(|&(size, _, _)| std::cmp::Reverse(size));
             if coarser.is_empty() {
                 continue;
             }
@@ -195,19 +208,19 @@ impl<const E: usize> Texels<E> {
                 let Some(found) = found else { continue };
                 // Those may follow from coarser ones themselves.
                 let mut free: Vec<(u32, f32)> = Vec::new();
-                for (source, weight) in found {
-                    let of_source = &sources[source as usize];
-                    if of_source.is_empty() {
-                        free.push((source, weight));
+                let mut add = |source: u32, weight: f32| {
+                    let place = free.iter().take_while(|&&(other, _)| other < source).count();
+                    match free.get_mut(place).filter(|(other, _)| *other == source) {
+                        Some((_, sum)) => *sum += weight,
+                        None => free.insert(place, (source, weight)),
                     }
-                    free.extend(of_source.iter().map(|&(s, w)| (s, w * weight)));
+                };
+                for (source, weight) in found {
+                    match sources[source as usize].as_slice() {
+                        [] => add(source, weight),
+                        of_source => of_source.iter().for_each(|&(s, w)| add(s, w * weight)),
+                    }
                 }
-                free.sort_unstable_by_key(|&(source, _)| source);
-                free.dedup_by(|next, first| {
-                    let same = next.0 == first.0;
-                    first.1 += if same { next.1 } else { 0.0 };
-                    same
-                });
                 sources[number as usize] = free;
             }
         }
@@ -254,24 +267,8 @@ impl<const E: usize> Texels<E> {
         Some(found)
     }
 
-    /// What a texel follows from, and by which weights; nothing if it is free.
-    pub fn sources(&self, texel: u32) -> &[(u32, f32)] {
-        self.sources.get(texel)
-    }
-
-    /// The texels that follow from one, and by which weights.
-    pub fn followers(&self, texel: u32) -> &[(u32, f32)] {
-        self.followers.get(texel)
-    }
-
     pub fn is_free(&self, texel: u32) -> bool {
         self.sources.get(texel).is_empty()
-    }
-
-    /// The free texels that decide about one, itself included, and by which weights.
-    pub fn free(&self, texel: u32) -> impl Iterator<Item = (u32, f32)> {
-        let sources = self.sources.get(texel);
-        sources.is_empty().then_some((texel, 1.0)).into_iter().chain(sources.iter().copied())
     }
 
     /// The value of a texel that is not free, in whole bytes, if `value` tells those of others.
@@ -284,6 +281,69 @@ impl<const E: usize> Texels<E> {
             }
         }
         sum.map(|x| x.floor().clamp(0.0, 255.0))
+    }
+
+    /// Writes the texels back, rounded.
+    pub fn store<const D: usize>(&self, model: &mut Model<D, E>) {
+        for (block, places) in model.blocks.iter_mut().zip(&self.places) {
+            let Block::Cells(cells) = block else { continue };
+            for (texel, &place) in cells.texels.iter_mut().zip(places) {
+                if place != UNUSED {
+                    *texel = self.values[place as usize].map(|x| (x + 0.5) as u8);
+                }
+            }
+        }
+    }
+}
+
+/// What it takes to move them.
+#[cfg(feature = "encode")]
+impl<const E: usize> Texels<E> {
+    /// The texels that cells of `model` need, with those that follow from others where they belong.
+    pub fn new<const D: usize>(model: &Model<D, E>) -> Self {
+        let mut texels = Self::as_stored(model);
+        texels.follow_all();
+        texels
+    }
+
+    /// The texels of a model that was fitted: those that could follow from others and do not are free.
+    pub fn of_fitted<const D: usize>(model: &Model<D, E>) -> Self {
+        let mut texels = Self::as_stored(model);
+        let value = |source: u32| texels.values[source as usize];
+        let elsewhere: Vec<u32> = (0..texels.values.len() as u32)
+            .filter(|&texel| {
+                !texels.is_free(texel) && texels.following(texel, value) != value(texel)
+            })
+            .collect();
+        texels.release(&elsewhere);
+        texels
+    }
+
+    /// Makes texels free.
+    pub fn release(&mut self, texels: &[u32]) {
+        if texels.is_empty() {
+            return;
+        }
+        let all = 0..self.values.len() as u32;
+        let mut sources: Vec<_> = all.map(|texel| self.sources(texel).to_vec()).collect();
+        texels.iter().for_each(|&texel| sources[texel as usize].clear());
+        self.connect(&sources);
+    }
+
+    /// What a texel follows from, and by which weights; nothing if it is free.
+    pub fn sources(&self, texel: u32) -> &[(u32, f32)] {
+        self.sources.get(texel)
+    }
+
+    /// The texels that follow from one, and by which weights.
+    pub fn followers(&self, texel: u32) -> &[(u32, f32)] {
+        self.followers.get(texel)
+    }
+
+    /// The free texels that decide about one, itself included, and by which weights.
+    pub fn free(&self, texel: u32) -> impl Iterator<Item = (u32, f32)> {
+        let sources = self.sources.get(texel);
+        sources.is_empty().then_some((texel, 1.0)).into_iter().chain(sources.iter().copied())
     }
 
     /// Gives a texel the value that it has from others.
@@ -306,18 +366,6 @@ impl<const E: usize> Texels<E> {
         self.values[texel as usize] = value;
         for i in 0..self.followers(texel).len() {
             self.follow(self.followers(texel)[i].0);
-        }
-    }
-
-    /// Writes the texels back, rounded.
-    pub fn store<const D: usize>(&self, model: &mut Model<D, E>) {
-        for (block, places) in model.blocks.iter_mut().zip(&self.places) {
-            let Block::Cells(cells) = block else { continue };
-            for (texel, &place) in cells.texels.iter_mut().zip(places) {
-                if place != UNUSED {
-                    *texel = self.values[place as usize].map(|x| (x + 0.5) as u8);
-                }
-            }
         }
     }
 }
