@@ -33,6 +33,19 @@ impl<const D: usize> Point<D> {
         moved.normalized()
     }
 
+    /// This place in pixels of 2^`log2` as many along each axis, with all its digits.
+    #[must_use]
+    pub fn coarser(self, log2: u8) -> Self {
+        let size = f64::from(1u32 << log2);
+        Point {
+            whole: self.whole.map(|whole| whole >> log2),
+            frac: std::array::from_fn(|axis| {
+                let below = self.whole[axis] & ((1 << log2) - 1);
+                (below as f64 + self.frac[axis]) / size
+            }),
+        }
+    }
+
     /// The place as plain coordinates, in pixels.
     pub fn to_f64(self) -> [f64; D] {
         std::array::from_fn(|axis| self.whole[axis] as f64 + self.frac[axis])
@@ -105,6 +118,13 @@ mod tests {
         let moved = deep.offset([1e-15]);
         assert_eq!(moved.whole, [1 << 40]);
         assert!((moved.frac[0] - 0.25 - 1e-15).abs() < 1e-16);
+    }
+
+    #[test]
+    fn coarser_pixels_hold_the_same_place() {
+        let point = Point { whole: [-1, 37], frac: [0.5, 0.25] };
+        assert_eq!(point.coarser(0), point);
+        assert_eq!(point.coarser(4), Point { whole: [-1, 2], frac: [15.5 / 16.0, 5.25 / 16.0] });
     }
 
     #[test]

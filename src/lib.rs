@@ -13,7 +13,7 @@
 //! raster, gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
 //! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
-//! `container`, which [`open`] joins with the encoder.
+//! `container`, which [`open`] and [`encode_pyramid`] join with the encoder.
 //!
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 
@@ -48,6 +48,8 @@ pub mod labels;
 mod lossy;
 #[cfg(feature = "encode")]
 mod open;
+#[cfg(feature = "encode")]
+mod pyramid;
 #[cfg(feature = "encode")]
 mod sizes;
 #[cfg(feature = "encode")]
@@ -85,5 +87,7 @@ pub use lossy::{Lossy, encode_lossy};
 pub use model::{Image, Model};
 #[cfg(feature = "encode")]
 pub use open::{encode_lossless, open, open_exact};
+#[cfg(feature = "encode")]
+pub use pyramid::{encode_pyramid, suitable_tile_log2};
 #[cfg(feature = "encode")]
 pub use target::{Chosen, Target, encode_to};

@@ -325,6 +325,23 @@ impl<const D: usize, const E: usize> Model<D, E> {
         self.edges.binary_search(&[a.min(b), a.max(b)]).is_ok()
     }
 
+    /// Bytes of memory that it takes, about.
+    pub(crate) fn bytes(&self) -> u64 {
+        let of_block = |block: &Block<E>| match block {
+            Block::Solid(_) => 0,
+            Block::Cells(cells) => {
+                size_of_val(&cells.lists[..]) as u64 + size_of_val(&cells.texels[..]) as u64
+            }
+        };
+        let tables = size_of_val(&self.regions[..])
+            + size_of_val(&self.nodes[..])
+            + size_of_val(&self.edges[..])
+            + size_of_val(&self.faces[..])
+            + size_of_val(&self.blocks[..])
+            + size_of::<u32>() * (self.lists.len() + self.lists.candidates());
+        tables as u64 + self.blocks.iter().map(of_block).sum::<u64>()
+    }
+
     /// Checks every index and order that the rest of the crate relies on.
     ///
     /// # Errors

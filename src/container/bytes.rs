@@ -61,6 +61,19 @@ impl<'a> Reader<'a> {
         Err(self.error("a number that is too large"))
     }
 
+    /// An unsigned LEB128 number of at most 63 bits.
+    pub fn long_varint(&mut self) -> Result<u64> {
+        let mut value = 0u64;
+        for shift in (0..63).step_by(7) {
+            let byte = self.u8()?;
+            value |= u64::from(byte & 0x7f) << shift;
+            if byte & 0x80 == 0 {
+                return Ok(value);
+            }
+        }
+        Err(self.error("a number that is too large"))
+    }
+
     /// `base + varint`, refused where it overflows.
     pub fn ahead_of(&mut self, base: u32) -> Result<u32> {
         let step = self.varint()?;
@@ -77,7 +90,6 @@ impl<'a> Reader<'a> {
     }
 
     /// All that is left.
-    #[cfg(feature = "encode")]
     pub fn rest(&self) -> &'a [u8] {
         self.rest
     }
@@ -89,7 +101,13 @@ impl<'a> Reader<'a> {
 
 /// Appends an unsigned LEB128 number.
 #[cfg(feature = "encode")]
-pub fn push_varint(out: &mut Vec<u8>, mut value: u32) {
+pub fn push_varint(out: &mut Vec<u8>, value: u32) {
+    push_long_varint(out, value.into());
+}
+
+/// Appends an unsigned LEB128 number below 2⁶³.
+#[cfg(feature = "encode")]
+pub fn push_long_varint(out: &mut Vec<u8>, mut value: u64) {
     while value >= 0x80 {
         out.push(value as u8 | 0x80);
         value >>= 7;
@@ -110,6 +128,12 @@ mod tests {
             assert_eq!(reader.varint(), Ok(value));
             reader.finish().unwrap();
         }
+        for value in [0, 300, 1 << 35, (1 << 63) - 1] {
+            let mut out = Vec::new();
+            push_long_varint(&mut out, value);
+            assert_eq!(Reader::new("test", &out).long_varint(), Ok(value));
+        }
+        assert!(Reader::new("test", &[0xff; 10]).long_varint().is_err());
         for bad in [&[0xff, 0xff, 0xff, 0xff, 0x1f][..], &[0x80; 6], &[0x80]] {
             assert!(Reader::new("test", bad).varint().is_err());
         }

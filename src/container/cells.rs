@@ -37,7 +37,10 @@ pub fn code_blocks<C: Coder, const D: usize, const E: usize>(
     let count = grid::count(model.block_grid());
     let mut walk = Walk { model, blocks: Vec::new(), singles: singles(model) };
     let mut contexts = Contexts::new(model);
-    let mut memory = 0u64;
+    let mut memory = count as u64 * size_of::<Block<E>>() as u64;
+    if memory > limits.memory {
+        return Err(too_large(limits));
+    }
     for block in 0..count {
         if coder.exhausted() {
             return Err(damaged("it ends too early"));
@@ -60,9 +63,7 @@ pub fn code_blocks<C: Coder, const D: usize, const E: usize>(
         let texels = grid::count(model.texel_grid(texel_log2));
         memory += (cells * size_of::<ListId>() + texels * E) as u64;
         if memory > limits.memory {
-            let message =
-                format!("the blocks take over {} bytes, which is the limit", limits.memory);
-            return Err(Error::Limit(message));
+            return Err(too_large(limits));
         }
         let wanted: &[ListId] = match wanted {
             Some(Block::Cells(cells)) => &cells.lists,
@@ -85,6 +86,10 @@ pub fn code_blocks<C: Coder, const D: usize, const E: usize>(
         }
     }
     Ok(walk.blocks)
+}
+
+fn too_large(limits: &Limits) -> Error {
+    Error::Limit(format!("the blocks take over {} bytes, which is the limit", limits.memory))
 }
 
 fn damaged(what: &str) -> Error {

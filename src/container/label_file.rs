@@ -2,9 +2,13 @@
 //! than texels take. What draws the picture fits texels to them first.
 
 use super::bytes::{Reader, push_varint};
-use super::chunks::{all, unpack};
-use super::directory::{self, Header, Payload};
-use super::{labels, write};
+use super::chunks::{self, Kind};
+use super::index::{Found, Index, Payload, slice};
+use super::labels;
+use super::layout::{Layout, TileAt};
+use super::notes::Notes;
+use super::read::absent;
+use super::writer::TiledWriter;
 use crate::error::{Error, Result};
 use crate::gamma::Gamma;
 use crate::grid;
@@ -62,7 +66,11 @@ impl Palette {
     }
 }
 
-const KNOWN: [([u8; 4], &str); 2] = [(*b"PALT", "palette"), (*b"LABL", "labels")];
+/// The chunks of a tile, and what to call them.
+pub(super) const KNOWN: [Kind; 2] = [(b'C', "palette"), (b'S', "labels")];
+
+/// The one tile of a file of labels.
+const ONLY: TileAt = TileAt { level: 0, at: [0; 2] };
 
 /// Writes a whole file: labels, and the palette of those labels that it is asked for, in that order.
 /// Kernel and γ are those that texels are to be fitted for.
@@ -81,24 +89,18 @@ pub fn write_labels(
         return Err(Error::Usage(format!("labels for squares of 2^{scale_log2} pixels: too wide")));
     }
     limits.check_size(size)?;
-    let header = Header {
-        dimension: 2,
-        components: 3,
-        kernel,
-        gamma,
-        width_log2: scale_log2,
-        payload: Payload::Labels,
-        size: [size[0], size[1], 1],
-    };
+    let layout = Layout::whole(size, (kernel, gamma), scale_log2);
     let labels::Coded { bytes, order } =
         labels::encode(grid::pieces(size, scale_log2), labels, limits)?;
     let palette = palette(&order);
     if palette.len() != order.len() {
         return Err(Error::Usage("a label is not in the palette: give one for each".into()));
     }
-    let chunks = [pack_palette(&palette), bytes];
-    let tags = KNOWN.map(|(tag, _)| tag);
-    write::assemble(&header, &tags.into_iter().zip(chunks).collect::<Vec<_>>())
+    let [(palette_letter, _), (labels_letter, _)] = KNOWN;
+    let tile = chunks::pack(&[(palette_letter, pack_palette(&palette)), (labels_letter, bytes)])?;
+    let mut writer = TiledWriter::with_payload(layout, Payload::Labels)?;
+    writer.add(ONLY, &tile)?;
+    writer.finish(0, &Notes::default())?.from_memory(&tile)
 }
 
 /// Reads a whole file whose [`payload`](super::payload) is labels.
@@ -106,28 +108,30 @@ pub fn write_labels(
 /// # Errors
 /// As [`read`](super::read); [`Error::Usage`] for a file with another payload.
 pub fn read_labels(bytes: &[u8], limits: &Limits) -> Result<Labels> {
-    let (header, parts) = directory::parse(bytes, limits)?;
-    if header.payload != Payload::Labels {
+    let index = Index::of_whole(bytes, limits)?;
+    if index.payload() != Payload::Labels {
         return Err(Error::Usage("the file holds texels, not labels: read those".into()));
     }
-    if (header.dimension, header.components, header.size[2]) != (2, 3, 1) {
-        return Err(Error::Unsupported(
-            "the file does not hold an image in RGB: take a newer reader".into(),
-        ));
-    }
-    let scale_log2 = header.width_log2;
+    let Layout { size, block_log2: scale_log2, kernel, gamma, .. } = *index.layout();
     if scale_log2 > MAX_SCALE_LOG2 {
         return Err(Error::malformed("header", "labels for squares that are too wide"));
     }
-    let size = [header.size[0], header.size[1]];
+    if index.layout().tiles().nth(1).is_some() {
+        return Err(Error::Unsupported(
+            "the file holds labels in several tiles: take a newer reader".into(),
+        ));
+    }
     limits.check_size(size)?;
-    let [palette, packed] = all(unpack(bytes, &parts, &KNOWN)?, &KNOWN)?;
+    let Found::Tile(range) = index.find(ONLY)? else { return Err(absent(ONLY)) };
+    let tile = slice(bytes, &range)?;
+    index.check_tile(ONLY, tile)?;
+    let [palette, packed] = chunks::all(chunks::unpack(tile, &KNOWN, limits)?, &KNOWN)?;
     let palette = unpack_palette(&palette)?;
     let (labels, count) = labels::decode(&packed, grid::pieces(size, scale_log2), limits)?;
     if count as usize != palette.len() {
         return Err(Error::malformed("palette", "not as many as there are labels"));
     }
-    Ok(Labels { size, scale_log2, kernel: header.kernel, gamma: header.gamma, palette, labels })
+    Ok(Labels { size, scale_log2, kernel, gamma, palette, labels })
 }
 
 const COLORS: u8 = 0;

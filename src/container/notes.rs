@@ -1,10 +1,8 @@
 //! What the encoder says of its work: chunks that a reader may skip.
 
 use super::bytes::{Reader, push_varint};
-use super::crc32;
-use super::directory::{self, ENTRY_BYTES, HEADER_BYTES};
-use crate::error::{Error, Result};
-use crate::limits::Limits;
+use super::index::Index;
+use crate::error::Result;
 
 /// The tag of `violations_before`.
 const VIOLATIONS: [u8; 4] = *b"viol";
@@ -17,29 +15,17 @@ pub struct Notes {
     pub violations_before: Option<u32>,
 }
 
-/// Reads the notes of a file, and nothing else of it.
+/// Reads the notes of a file.
 ///
 /// # Errors
-/// As [`read`](super::read), for the header, the directory and the notes.
-pub fn notes(bytes: &[u8]) -> Result<Notes> {
-    let (_, parts) = directory::parse(bytes, &Limits::default())?;
+/// [`Error::Malformed`](crate::Error::Malformed) where they are damaged.
+pub fn notes(index: &Index) -> Result<Notes> {
     let mut notes = Notes::default();
-    let mut at = HEADER_BYTES + parts.len() * ENTRY_BYTES + size_of::<u32>();
-    for part in parts {
-        // `parse` has checked that the parts fill the file.
-        let stored = &bytes[at..at + part.stored as usize];
-        at += part.stored as usize;
-        if part.tag != VIOLATIONS {
-            continue;
+    for chunk in index.chunks().iter().filter(|chunk| chunk.tag == VIOLATIONS) {
+        let mut from = Reader::new("notes", &chunk.bytes);
+        if notes.violations_before.is_some() {
+            return Err(from.error("they are there twice"));
         }
-        let name = "notes";
-        if crc32(stored) != part.crc {
-            return Err(Error::malformed(name, "the checksum does not match: the file is damaged"));
-        }
-        if part.raw != part.stored || notes.violations_before.is_some() {
-            return Err(Error::malformed(name, "they are packed, or there twice"));
-        }
-        let mut from = Reader::new(name, stored);
         notes.violations_before = Some(from.varint()?);
         from.finish()?;
     }

@@ -2,37 +2,83 @@
 
 use super::bytes::Reader;
 use super::cells::code_blocks;
-use super::chunks::{all, unpack};
-use super::directory::{self, Part, Payload};
+use super::chunks::{self, Kind};
+use super::index::{Found, Index, Payload, slice};
+use super::join::{globalized, join};
+use super::layout::TileAt;
 use super::texels::code_texels;
 use crate::entropy::{Coder, Decoder};
 use crate::error::{Error, Result};
 use crate::gamma::Gamma;
+use crate::grid;
 use crate::limits::{Limits, MAX_CANDIDATES};
-use crate::model::{Block, EdgePlane, Image, Lists, Model, Node, Region};
+use crate::model::{Block, EdgePlane, Image, Lists, Model, Node, Region, RegionId};
 
-/// Reads a whole file.
+/// One tile of a picture, as a picture of its own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tile {
+    /// Which tile it is.
+    pub tile: TileAt,
+    /// What it shows, in pixels of its level, from its own first pixel on.
+    pub model: Image,
+    /// For each of the model's regions its number in the whole picture, in ascending order.
+    pub regions: Vec<RegionId>,
+}
+
+/// Reads a whole file: its finest level, all tiles in one.
 ///
 /// # Errors
 /// [`Error::Malformed`] for damaged or foreign bytes, [`Error::Unsupported`] for a version, kernel,
-/// γ or chunk that this reader does not know, [`Error::Limit`] for more than `limits` allow.
+/// γ or chunk that this reader does not know, [`Error::Limit`] for more than `limits` allow,
+/// [`Error::Usage`] for a shard.
 pub fn read(bytes: &[u8], limits: &Limits) -> Result<Image> {
-    let (header, parts) = directory::parse(bytes, limits)?;
-    if (header.dimension, header.components, header.size[2]) != (2, 3, 1) {
-        return Err(Error::Unsupported(
-            "the file does not hold an image in RGB: take a newer reader".into(),
-        ));
+    let index = Index::of_whole(bytes, limits)?;
+    limits.check_size(index.layout().size)?;
+    let mut tiles = Vec::new();
+    let mut memory = limits.memory;
+    for at in grid::places(index.layout().tile_grid(0)) {
+        let tile = TileAt { level: 0, at };
+        let limits = Limits { memory, ..limits.clone() };
+        let read = match index.find(tile)? {
+            Found::Tile(range) => read_tile(&index, tile, slice(bytes, &range)?, &limits)?,
+            _ => return Err(absent(tile)),
+        };
+        memory = memory.saturating_sub(read.model.bytes());
+        tiles.push(read);
     }
-    if header.payload != Payload::Texels {
+    let (model, regions) = join(index.layout(), tiles, limits)?;
+    globalized(model, &regions, index.regions())
+}
+
+pub(super) fn absent(tile: TileAt) -> Error {
+    Error::Usage(format!("{tile} is not in this file: merge its shards"))
+}
+
+/// Reads one tile from its bytes in the file: those that [`Index::find`] says.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_tile(index: &Index, tile: TileAt, bytes: &[u8], limits: &Limits) -> Result<Tile> {
+    index.check_tile(tile, bytes)?;
+    decode_tile(index, tile, bytes, limits)
+}
+
+/// Reads one tile from any bytes, whatever their checksum is.
+///
+/// # Errors
+/// As [`read`].
+pub fn decode_tile(index: &Index, tile: TileAt, bytes: &[u8], limits: &Limits) -> Result<Tile> {
+    if index.payload() != Payload::Texels {
         return Err(Error::Unsupported(
             "the file holds labels, to which texels have to be fitted first".into(),
         ));
     }
+    let layout = index.layout();
     let mut model: Image = Model {
-        size: [header.size[0], header.size[1]],
-        kernel: header.kernel,
-        gamma: header.gamma,
-        block_log2: header.width_log2,
+        size: layout.tile_rect(tile).1,
+        kernel: layout.kernel,
+        gamma: layout.gamma,
+        block_log2: layout.block_log2,
         regions: Vec::new(),
         nodes: Vec::new(),
         edges: Vec::new(),
@@ -45,23 +91,26 @@ pub fn read(bytes: &[u8], limits: &Limits) -> Result<Image> {
     if !Image::BLOCK_LOG2.contains(&model.block_log2) {
         return Err(Error::malformed("header", "a block size out of range"));
     }
-    let chunks = chunks_of(bytes, &parts, model.gamma)?;
+    let chunks = chunks_of(bytes, model.gamma, limits)?;
     read_chunks(&mut model, &chunks, limits)?;
     model.check(limits)?;
-    Ok(model)
+    let count = model.regions.len();
+    let regions = read_ids(Reader::new(KNOWN[IDS].1, &chunks[IDS]), count, index.regions())?;
+    Ok(Tile { tile, model, regions })
 }
 
 /// The chunks that a reader must know, in the order in which they build on each other, and what to call
 /// them.
-const KNOWN: [([u8; 4], &str); 8] = [
-    (*b"REGN", "regions"),
-    (*b"NODE", "nodes"),
-    (*b"EDGE", "edges"),
-    (*b"FACE", "faces"),
-    (*b"LIST", "lists"),
-    (*b"BLCK", "blocks"),
-    (*b"TEXL", "texels"),
-    (*b"PLAN", "planes"),
+pub(super) const KNOWN: [Kind; 9] = [
+    (b'R', "regions"),
+    (b'N', "nodes"),
+    (b'E', "edges"),
+    (b'F', "faces"),
+    (b'L', "lists"),
+    (b'B', "blocks"),
+    (b'T', "texels"),
+    (b'P', "planes"),
+    (b'I', "region numbers"),
 ];
 const BLOCKS: usize = 5;
 const TEXELS: usize = 6;
@@ -69,9 +118,11 @@ const TEXELS: usize = 6;
 const BYTES_A_TEXEL: u64 = 100;
 /// The one that is there only where γ is planes.
 const PLANES: usize = 7;
+/// The one that is there only where the regions of a tile are not the first of the picture.
+const IDS: usize = 8;
 
-fn chunks_of(bytes: &[u8], parts: &[Part], gamma: Gamma) -> Result<[Vec<u8>; KNOWN.len()]> {
-    let mut chunks = unpack(bytes, parts, &KNOWN)?;
+fn chunks_of(bytes: &[u8], gamma: Gamma, limits: &Limits) -> Result<[Vec<u8>; KNOWN.len()]> {
+    let mut chunks = chunks::unpack(bytes, &KNOWN, limits)?;
     if gamma != Gamma::Planes {
         if chunks[PLANES].is_some() {
             let name = KNOWN[PLANES].1;
@@ -80,7 +131,8 @@ fn chunks_of(bytes: &[u8], parts: &[Part], gamma: Gamma) -> Result<[Vec<u8>; KNO
         // An empty list.
         chunks[PLANES] = Some(vec![0]);
     }
-    all(chunks, &KNOWN)
+    chunks[IDS].get_or_insert_default();
+    chunks::all(chunks, &KNOWN)
 }
 
 fn read_chunks(model: &mut Image, chunks: &[Vec<u8>; KNOWN.len()], limits: &Limits) -> Result<()> {
@@ -93,6 +145,24 @@ fn read_chunks(model: &mut Image, chunks: &[Vec<u8>; KNOWN.len()], limits: &Limi
     read_blocks(model, &chunks[BLOCKS], &chunks[TEXELS], limits)?;
     model.planes = read_planes(part(PLANES))?;
     Ok(())
+}
+
+/// The numbers of a tile's regions in the whole picture, each as a step from the one before; without any
+/// they are the first.
+fn read_ids(mut from: Reader<'_>, count: usize, regions: u32) -> Result<Vec<RegionId>> {
+    let mut ids: Vec<RegionId> = (0..count as RegionId).collect();
+    if !from.rest().is_empty() {
+        let mut next = 0;
+        for id in &mut ids {
+            *id = from.ahead_of(next)?;
+            next = id.saturating_add(1);
+        }
+    }
+    if ids.last().is_some_and(|&last| last >= regions) {
+        return Err(from.error("a region that the picture does not have"));
+    }
+    from.finish()?;
+    Ok(ids)
 }
 
 fn read_regions(mut from: Reader<'_>) -> Result<Vec<Region>> {

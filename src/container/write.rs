@@ -2,116 +2,98 @@
 
 use super::bytes::push_varint;
 use super::cells::code_blocks;
-use super::directory::{Header, Payload};
-use super::notes::{self, Notes};
+use super::chunks;
+use super::layout::{Layout, TileAt};
+use super::notes::Notes;
+use super::read::KNOWN;
 use super::texels::code_texels;
-use super::{MAGIC, VERSION, crc32};
-use crate::entropy::{Encoder, code_bytes};
+use super::writer::TiledWriter;
+use crate::entropy::Encoder;
 use crate::error::{Error, Result};
 use crate::gamma::Gamma;
-use crate::kernel::Kernel;
 use crate::limits::Limits;
-use crate::model::Image;
+use crate::model::{Image, RegionId};
 
-/// Writes a whole file.
+/// Writes a whole file of one tile.
 ///
 /// # Errors
 /// [`Error::Malformed`] where the model does not hold together, [`Error::Limit`] where a part would
-/// exceed 4 GB.
+/// exceed 2 GB.
 pub fn write(model: &Image) -> Result<Vec<u8>> {
     write_with(model, &Notes::default())
 }
 
-/// Writes a whole file with notes.
+/// Writes a whole file of one tile, with notes.
 ///
 /// # Errors
 /// As [`write`].
 pub fn write_with(model: &Image, notes: &Notes) -> Result<Vec<u8>> {
+    let layout = Layout::whole(model.size, (model.kernel, model.gamma), model.block_log2);
+    let regions: Vec<RegionId> = (0..model.regions.len() as RegionId).collect();
+    let tile = TileAt { level: 0, at: [0; 2] };
+    let bytes = tile_bytes(&layout, tile, model, &regions)?;
+    let mut writer = TiledWriter::new(layout)?;
+    writer.add(tile, &bytes)?;
+    writer.finish(regions.len() as u32, notes)?.from_memory(&bytes)
+}
+
+/// The bytes of one tile. `model` shows it in pixels of its level, from its own first pixel on;
+/// `regions` are the numbers of the model's regions in the whole picture, in ascending order.
+///
+/// # Errors
+/// [`Error::Usage`] where the model is not one of such a tile, or the regions are not in order;
+/// else as [`write`].
+pub fn tile_bytes(
+    layout: &Layout,
+    tile: TileAt,
+    model: &Image,
+    regions: &[RegionId],
+) -> Result<Vec<u8>> {
+    layout.check()?;
+    let fits = layout.contains(tile)
+        && layout.tile_rect(tile).1 == model.size
+        && (layout.kernel, layout.gamma) == (model.kernel, model.gamma)
+        && layout.block_log2 == model.block_log2;
+    if !fits {
+        return Err(Error::Usage(format!("this is no {tile}: its size or its kind differs")));
+    }
+    if regions.len() != model.regions.len() || !regions.is_sorted_by(|a, b| a < b) {
+        return Err(Error::Usage(format!("{tile}: give each region a number, in order")));
+    }
     model.check(&Limits { pixels: u64::MAX, memory: u64::MAX, ..Limits::default() })?;
     let [blocks, texels] = blocks(model)?;
-    let mut chunks = vec![
-        (*b"REGN", regions(model)),
-        (*b"NODE", nodes(model)),
-        (*b"EDGE", simplices(&model.edges)),
-        (*b"FACE", simplices(&model.faces)),
-        (*b"LIST", lists(model)),
-        (*b"BLCK", blocks),
-        (*b"TEXL", texels),
+    let mut parts = vec![
+        region_colors(model),
+        nodes(model),
+        simplices(&model.edges),
+        simplices(&model.faces),
+        lists(model),
+        blocks,
+        texels,
     ];
     if model.gamma == Gamma::Planes {
-        chunks.push((*b"PLAN", planes(model)));
+        parts.push(planes(model));
     }
-    chunks.extend(notes::chunks(notes));
-
-    let [width, height] = model.size;
-    assemble(
-        &Header {
-            dimension: 2,
-            components: 3,
-            kernel: model.kernel,
-            gamma: model.gamma,
-            width_log2: model.block_log2,
-            payload: Payload::Texels,
-            size: [width, height, 1],
-        },
-        &chunks,
-    )
+    let mut chunks: Vec<(u8, Vec<u8>)> =
+        KNOWN.iter().map(|&(letter, _)| letter).zip(parts).collect();
+    if regions.last().is_some_and(|&last| last as usize >= regions.len()) {
+        chunks.push((KNOWN[KNOWN.len() - 1].0, ids(regions)));
+    }
+    chunks::pack(&chunks)
 }
 
-/// A whole file: header, directory, and chunks, each packed where that makes it smaller.
-pub(super) fn assemble(header: &Header, chunks: &[([u8; 4], Vec<u8>)]) -> Result<Vec<u8>> {
-    let mut head = Vec::new();
-    head.extend(MAGIC);
-    head.extend(VERSION.to_le_bytes());
-    head.extend([
-        header.dimension,
-        header.components,
-        match header.kernel {
-            Kernel::Quadratic => 0,
-            Kernel::Linear => 1,
-        },
-        match header.gamma {
-            Gamma::Voronoi => 0,
-            Gamma::Planes => 1,
-        },
-        header.width_log2,
-        match header.payload {
-            Payload::Texels => 0,
-            Payload::Labels => 1,
-        },
-    ]);
-    for side in header.size {
-        head.extend(side.to_le_bytes());
+/// Numbers in ascending order, each as a step from the one after the one before.
+fn ids(regions: &[RegionId]) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut next = 0;
+    for &region in regions {
+        push_varint(&mut out, region - next);
+        next = region + 1;
     }
-    head.extend((chunks.len() as u16).to_le_bytes());
-    head.extend([0, 0]);
-
-    let mut body: Vec<u8> = Vec::new();
-    for (tag, raw) in chunks {
-        let mut coder = Encoder::new();
-        code_bytes(&mut coder, &mut raw.clone());
-        let packed = coder.finish();
-        // What a reader may skip is stored as it is, so that any can read it.
-        let is_coded = packed.len() < raw.len() && tag[0].is_ascii_uppercase();
-        // A chunk whose two lengths agree is stored as it is.
-        let stored = if is_coded { &packed } else { raw };
-        let length = |bytes: &Vec<u8>| {
-            u32::try_from(bytes.len())
-                .map_err(|_| Error::Limit("a part of the file would exceed 4 GB".into()))
-        };
-        head.extend(tag);
-        head.extend(length(raw)?.to_le_bytes());
-        head.extend(length(stored)?.to_le_bytes());
-        head.extend(crc32(stored).to_le_bytes());
-        body.extend(stored);
-    }
-    let crc = crc32(&head);
-    head.extend(crc.to_le_bytes());
-    head.extend(body);
-    Ok(head)
+    out
 }
 
-fn regions(model: &Image) -> Vec<u8> {
+fn region_colors(model: &Image) -> Vec<u8> {
     let mut out = Vec::new();
     push_varint(&mut out, model.regions.len() as u32);
     for region in &model.regions {

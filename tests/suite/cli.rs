@@ -133,6 +133,81 @@ fn encode_compare_info_verify_decode_and_render_work_together() {
     assert_eq!(folder.names(), ["crop.istar", "crop.png", "out.png"], "nothing is left over");
 }
 
+/// A PNG of 800×800 pixels: squares in some greys.
+fn squares_png(folder: &Folder) -> PathBuf {
+    let side = 800;
+    let data: Vec<u8> =
+        (0..side * side).map(|i| (i % side / 50 * 31 + i / side / 50 * 57) as u8).collect();
+    grey_png(folder, "squares.png", side as u32, &data)
+}
+
+#[test]
+fn tiles_and_levels_are_told_drawn_and_verified_one_by_one() {
+    let folder = Folder::new();
+    let png = squares_png(&folder);
+    let paths = ["one", "tiled", "out", "other"].map(|name| folder.path(name));
+    let [one, tiled, out, other] = paths.each_ref().map(|path| text(path));
+    let png = text(&png);
+    let encode = |out: &str, size: &str| {
+        json(&["encode", png, "-o", out, "--texel-size", "8", "--tile-size", size, "--json"])
+    };
+    encode(one, "0");
+    encode(tiled, "128");
+    let info = json(&["info", tiled, "--json"]);
+    assert_eq!((&info["tiles"], &info["levels"]), (&54.into(), &3.into()), "{info}");
+    assert_eq!(info["tile_size"], 128);
+    let of_one = json(&["info", one, "--json"]);
+    assert_eq!((&of_one["tiles"], &of_one["tile_size"]), (&1.into(), &serde_json::Value::Null));
+    for key in ["size", "regions", "texel_size", "seams", "violations"] {
+        assert_eq!(info[key], of_one[key], "{key}");
+    }
+    let parts = info["bytes_by_part"].as_object().unwrap().values();
+    assert_eq!(parts.map(|bytes| bytes.as_u64().unwrap()).sum::<u64>(), info["bytes"]);
+
+    // Both decode to the same, all of it and a view across tiles.
+    let same = |words: &[&str]| {
+        for (file, to) in [(one, out), (tiled, other)] {
+            succeed(&[&words[..1], &[file, "-o", to], &words[1..]].concat());
+        }
+        assert_eq!(std::fs::read(out).unwrap(), std::fs::read(other).unwrap(), "{words:?}");
+    };
+    same(&["decode"]);
+    same(&["decode", "--what", "regions"]);
+    same(&["render", "--center", "511.5,384.2", "--scale", "2.5", "--size", "90x70"]);
+    // A coarser level in place of the finest.
+    succeed(&["decode", tiled, "-o", out, "--width", "50", "--what", "regions"]);
+    assert_eq!(png_size(out), [50, 50]);
+
+    let told = succeed(&["verify", tiled]);
+    assert!(told.contains("in 54 tiles decoded") && told.contains("0 seams"), "{told}");
+    let mut bytes = std::fs::read(tiled).unwrap();
+    let last = bytes.len() - 5;
+    bytes[last] ^= 8;
+    let damaged = folder.file("damaged", &bytes);
+    let output = istar(&["verify", text(&damaged)]);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let [first, second] = stderr.lines().collect::<Vec<_>>()[..] else { panic!("{stderr}") };
+    assert!(first.contains("tile 6,6 of level 0"), "{stderr}");
+    assert!(second.contains("1 fault") && second.contains("53 of 54 tiles are sound"), "{stderr}");
+    fail(&["decode", text(&damaged), "-o", out], "tile 6,6 of level 0");
+    succeed(&[
+        "render",
+        text(&damaged),
+        "-o",
+        out,
+        "--center",
+        "60,60",
+        "--scale",
+        "2",
+        "--size",
+        "90x70",
+    ]);
+    fail(&["merge", tiled, one, "-o", out], "another picture");
+    succeed(&["merge", tiled, tiled, "-o", out]);
+    assert_eq!(std::fs::read(out).unwrap(), std::fs::read(tiled).unwrap());
+}
+
 /// A grey picture of 40×40 pixels: two halves, 50 and 200, with specks of one and of nine pixels.
 fn specks_png(folder: &Folder) -> PathBuf {
     let mut data: Vec<u8> = (0..1600).map(|i| if i % 40 < 20 { 50 } else { 200 }).collect();
@@ -269,7 +344,7 @@ fn planes_are_chosen_told_and_verified() {
     assert!(psnr("planes") >= voronoi);
     let info = json(&["info", file, "--json"]);
     assert_eq!(info["gamma"], "planes");
-    assert!(info["bytes_by_part"]["PLAN"].as_u64().is_some(), "{info}");
+    assert!(info["bytes_by_part"]["planes"].as_u64().is_some(), "{info}");
     assert!(succeed(&["verify", file]).contains("sound"));
 }
 
@@ -487,6 +562,9 @@ fn words_that_do_not_fit_end_with_2() {
         &["encode", "a.png", "-o", "b", "--max-bytes", "900", "--texel-size", "8"],
         &["encode", "a.png", "-o", "b", "--psnr", "-3"],
         &["encode", "a.png", "-o", "b", "--min-region", "-1"],
+        &["encode", "a.png", "-o", "b", "--tile-size", "100"],
+        &["encode", "a.png", "-o", "b", "--tile-size", "256", "--lossless"],
+        &["merge", "-o", "b"],
         &["encode", "a.png", "-o", "b", "--forbid", "1,2"],
         &["encode", "a.png", "-o", "b", "--forbid", "1,2,#12345"],
         &["decode", "a.istar", "-o", "b", "--width", "0"],
@@ -515,7 +593,7 @@ fn a_file_compared_with_another_picture_says_so() {
 #[test]
 fn help_names_every_command() {
     let help = succeed(&["--help"]);
-    for command in ["encode", "decode", "render", "compare", "info", "verify", "view"] {
+    for command in ["encode", "decode", "render", "compare", "info", "verify", "merge", "view"] {
         assert!(help.contains(command), "{help}");
     }
 }

@@ -1,16 +1,24 @@
 //! Hostile files: every one is refused with a reason, none panics, none asks for the moon.
 
-use crate::fixtures;
+use crate::{fixtures, tiled};
+use istar::container::{Found, Index};
 use istar::{Error, Kernel, Limits, container};
 use rayon::prelude::*;
+use std::sync::LazyLock;
 
 fn sample() -> Vec<u8> {
-    container::write(&fixtures::encoded(&fixtures::tiles(), 8, Kernel::Quadratic)).unwrap()
+    static SAMPLE: LazyLock<Vec<u8>> = LazyLock::new(|| container::write(&picture()).unwrap());
+    SAMPLE.clone()
+}
+
+fn picture() -> istar::Image {
+    static PICTURE: LazyLock<istar::Image> =
+        LazyLock::new(|| fixtures::encoded(&fixtures::tiles(), 8, Kernel::Quadratic));
+    PICTURE.clone()
 }
 
 fn sample_with_planes() -> Vec<u8> {
-    let image = fixtures::encoded(&fixtures::tiles(), 8, Kernel::Quadratic);
-    container::write(&fixtures::with_wild_planes(image)).unwrap()
+    container::write(&fixtures::with_wild_planes(picture())).unwrap()
 }
 
 fn sample_of_labels() -> Vec<u8> {
@@ -24,17 +32,20 @@ fn read(bytes: &[u8]) -> Result<istar::Image, Error> {
     }
 }
 
-/// Writes the directory's checksum anew, so that what lies behind it is reached.
+/// Writes the head's checksum anew, so that what lies behind it is reached.
 fn resign(bytes: &mut [u8]) {
-    let chunks = usize::from(bytes[28]) | usize::from(bytes[29]) << 8;
-    let end = 32 + 16 * chunks;
-    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&bytes[..end]);
-    bytes[end..end + 4].copy_from_slice(&crc.to_le_bytes());
+    let root = u32::from_le_bytes([bytes[32], bytes[33], bytes[34], bytes[35]]) as usize;
+    let crc = crc32(&[&bytes[..36], &bytes[40..40 + root]].concat());
+    bytes[36..40].copy_from_slice(&crc.to_le_bytes());
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
 }
 
 #[test]
 fn a_file_cut_short_anywhere_is_malformed() {
-    for bytes in [sample(), sample_with_planes(), sample_of_labels()] {
+    for bytes in [sample(), sample_with_planes(), sample_of_labels(), tiled::many()] {
         for length in 0..bytes.len() {
             let result = read(&bytes[..length]);
             assert!(matches!(result, Err(Error::Malformed { .. })), "{length} bytes: {result:?}");
@@ -70,20 +81,33 @@ fn another_magic_version_or_chunk_has_its_own_message() {
     };
     assert!(with(1, b'X').to_string().contains("not an IStar file"));
     assert!(matches!(with(8, 9), Error::Unsupported(_)), "version");
-    assert!(with(8, 0).to_string().contains("unsupported version"), "an old file");
+    for old in 0..4 {
+        let error = with(8, old).to_string();
+        assert!(error.contains(&format!("unsupported version {old}")), "{error}");
+    }
     assert!(matches!(with(10, 3), Error::Unsupported(_)), "dimension");
     assert!(matches!(with(12, 7), Error::Unsupported(_)), "kernel");
     assert!(matches!(with(13, 7), Error::Unsupported(_)), "gamma");
     assert!(matches!(with(14, 40), Error::Malformed { .. }), "block size");
     assert!(matches!(with(15, 9), Error::Unsupported(_)), "payload");
     assert!(matches!(with(15, 1), Error::Malformed { .. }), "squares too wide");
+    assert!(matches!(with(28, 40), Error::Malformed { .. }), "width of tiles");
+    assert!(matches!(with(28, 5), Error::Malformed { .. }), "more tiles than there are");
+    assert!(matches!(with(29, 0), Error::Malformed { .. }), "no level");
+    assert!(matches!(with(29, 2), Error::Malformed { .. }), "more levels than there are");
+    assert!(matches!(with(30, 1), Error::Malformed { .. }), "a field for later");
     let mut bytes = sample();
     (bytes[14], bytes[15]) = (0, 1);
     resign(&mut bytes);
     let error = read(&bytes).unwrap_err();
     assert!(matches!(error, Error::Unsupported(_)), "parts of another payload: {error}");
-    assert!(matches!(with(32, b'X'), Error::Unsupported(_)), "a chunk one must know");
-    assert!(matches!(with(32, b'x'), Error::Malformed { .. }), "regions are missing");
+    let renamed = |letter: u8| {
+        let (index, mut tiles) = tiled::tiles(&sample());
+        tiles[0].1[0] = letter;
+        read(&tiled::assembled(&index, &tiles)).unwrap_err()
+    };
+    assert!(matches!(renamed(b'X'), Error::Unsupported(_)), "a chunk one must know");
+    assert!(matches!(renamed(b'x'), Error::Malformed { .. }), "regions are missing");
     assert!(with(13, 1).to_string().contains("planes: it is missing"), "γ");
     let of_labels = |at: usize, value: u8| {
         let mut bytes = sample_of_labels();
@@ -101,10 +125,7 @@ fn another_magic_version_or_chunk_has_its_own_message() {
 
 #[test]
 fn planes_out_of_order_out_of_range_or_without_direction_are_malformed() {
-    let good = {
-        let image = fixtures::encoded(&fixtures::tiles(), 8, Kernel::Quadratic);
-        fixtures::with_wild_planes(image)
-    };
+    let good = { fixtures::with_wild_planes(picture()) };
     assert!(good.planes.len() > 2);
     let refused = |spoil: &dyn Fn(&mut istar::Image)| {
         let mut image = good.clone();
@@ -134,16 +155,32 @@ fn absurd_sizes_are_refused_before_anything_is_allocated() {
     assert!(matches!(sized(0, 90), Error::Usage(_)));
     assert!(matches!(sized(20_000, 20_000), Error::Malformed { .. }));
 
+    let (index, mut tiles) = tiled::tiles(&sample());
+    // A packed chunk of one byte that says it is of 4 GB.
+    tiles[0].1.extend([b'x', 3, 0xff, 0xff, 0xff, 0xff, 0xf, 0]);
+    let error = read(&tiled::assembled(&index, &tiles)).unwrap_err();
+    assert!(matches!(error, Error::Limit(_)), "a chunk that unpacks to 4 GB: {error}");
+
     let mut bytes = sample();
-    bytes[36..40].copy_from_slice(&u32::MAX.to_le_bytes());
-    resign(&mut bytes);
-    assert!(matches!(read(&bytes), Err(Error::Limit(_))), "a chunk that unpacks to 4 GB");
+    bytes[32..36].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert!(matches!(read(&bytes), Err(Error::Limit(_))), "a directory of 4 GB");
+}
+
+#[test]
+fn a_tile_of_regions_that_the_picture_does_not_have_is_malformed() {
+    let (index, mut tiles) = tiled::tiles(&sample());
+    // As many numbers as there are regions, the first one too high.
+    let mut numbers = vec![0; index.regions() as usize];
+    numbers[0] = 1;
+    tiles[0].1.extend(packed(&(b'I', None, numbers)));
+    let error = read(&tiled::assembled(&index, &tiles)).unwrap_err();
+    assert!(matches!(error, Error::Malformed { part: "region numbers", .. }), "{error}");
 }
 
 /// Mutants of each kind of file, 200,000 in all, made in lots side by side, each lot from a seed of its
 /// own. Most have checksums that are right, so that the parsers behind them meet nonsense. Whatever is
 /// accepted decodes without a panic.
-const MUTANTS: u64 = 50_000;
+const MUTANTS: u64 = 40_000;
 const LOTS: u64 = 50;
 
 /// What a mutant may ask for.
@@ -181,6 +218,43 @@ fn mutants_of_labels_never_panic() {
     let palette = |order: &[u32]| container::Palette::Labels(order.to_vec());
     let kind = (Kernel::Quadratic, istar::Gamma::Voronoi);
     survive(&container::write_labels(squares, palette, kind, &limits()).unwrap());
+}
+
+#[test]
+fn mutants_of_tiles_and_levels_never_panic() {
+    let (image, notes) = istar::encode_with_notes(&small(), &Default::default(), |_| ()).unwrap();
+    survive(&istar::encode_pyramid(&image, &notes, 5, &Default::default(), |_| ()).unwrap());
+}
+
+#[test]
+fn mutants_of_a_directory_in_parts_never_panic() {
+    let bytes = tiled::many();
+    let index = Index::open(&bytes, &limits()).unwrap();
+    let container::Opened::Index(index) = index else { panic!() };
+    let (number, range) = index.missing_directories().next().unwrap();
+    let part = bytes[range.start as usize..range.end as usize].to_vec();
+    let crc = crc32(&part).to_le_bytes();
+    let at = bytes.windows(4).position(|four| four == crc).unwrap();
+    for lot in 0..200 {
+        let mut random = Random(lot);
+        let mut mutant = bytes.clone();
+        for _ in 0..=random.below(3) {
+            mutant[range.start as usize + random.below(part.len())] = random.byte();
+        }
+        let changed = crc32(&mutant[range.start as usize..range.end as usize]);
+        mutant[at..at + 4].copy_from_slice(&changed.to_le_bytes());
+        resign(&mut mutant);
+        let container::Opened::Index(mut index) = Index::open(&mutant, &limits()).unwrap() else {
+            panic!()
+        };
+        let part = &mutant[range.start as usize..range.end as usize];
+        if index.add_directory(number, part).is_ok() {
+            for at in index.layout().clone().tiles() {
+                let Ok(Found::Tile(tile)) = index.find(at) else { continue };
+                assert!(tile.end <= mutant.len() as u64, "{at}");
+            }
+        }
+    }
 }
 
 fn survive(bytes: &[u8]) {
@@ -239,13 +313,13 @@ fn mutant(bytes: &[u8], random: &mut Random) -> Vec<u8> {
         // The header and the directory.
         1 => {
             let mut mutant = bytes.to_vec();
-            let end = 32 + 16 * usize::from(bytes[28]);
+            let root = usize::from(bytes[32]) | usize::from(bytes[33]) << 8;
             for _ in 0..=random.below(2) {
-                let at = 8 + random.below(end - 8);
+                let at = 8 + random.below(32 + root);
                 mutant[at] = random.byte();
             }
-            // The number of chunks says where the checksum is.
-            mutant[28..30].copy_from_slice(&bytes[28..30]);
+            // What says how much is signed, and the signature.
+            mutant[32..40].copy_from_slice(&bytes[32..40]);
             resign(&mut mutant);
             mutant
         }
@@ -253,44 +327,78 @@ fn mutant(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     }
 }
 
-/// A file one of whose chunks holds nonsense, with checksums that are right.
+/// A file one of whose tiles has a chunk that holds nonsense, with checksums that are right.
 fn with_a_bad_chunk(bytes: &[u8], random: &mut Random) -> Vec<u8> {
-    let chunks = usize::from(bytes[28]);
-    let body = 32 + 16 * chunks + 4;
-    let chunk = random.below(chunks);
-    let entry = |i: usize| 32 + 16 * i;
-    let u32_at = |at: usize| {
-        u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]) as usize
-    };
-    let start = body + (0..chunk).map(|i| u32_at(entry(i) + 8)).sum::<usize>();
-    let raw_length = u32_at(entry(chunk) + 4);
-    let stored_length = u32_at(entry(chunk) + 8);
-    let stored = &bytes[start..start + stored_length];
-    // What is coded decodes to something else.
-    let is_coded = raw_length != stored_length;
-    let mut raw = stored.to_vec();
+    let (index, mut tiles) = tiled::tiles(bytes);
+    let tile = random.below(tiles.len());
+    let mut chunks = chunks(&tiles[tile].1);
+    let chunk = random.below(chunks.len());
+    let stored = &mut chunks[chunk].2;
     for _ in 0..=random.below(3) {
-        let at = random.below(raw.len().max(1));
+        let at = random.below(stored.len().max(1));
         match random.below(8) {
-            0 => raw.insert(at.min(raw.len()), random.byte()),
-            1 => raw.truncate(at),
-            2 if at < raw.len() => {
-                raw.remove(at);
+            0 => stored.insert(at.min(stored.len()), random.byte()),
+            1 => stored.truncate(at),
+            2 if at < stored.len() => {
+                stored.remove(at);
             }
-            _ if at < raw.len() => raw[at] = random.byte(),
+            _ if at < stored.len() => stored[at] = random.byte(),
             _ => {}
         }
     }
-    let mut mutant = bytes[..start].to_vec();
-    mutant.extend(&raw);
-    mutant.extend(&bytes[start + stored_length..]);
-    // Both lengths agree where it is stored as it is.
-    for field in if is_coded { &[8][..] } else { &[4, 8] } {
-        let at = entry(chunk) + field;
-        mutant[at..at + 4].copy_from_slice(&(raw.len() as u32).to_le_bytes());
+    // Now and then one more, with a letter of its own.
+    if random.below(16) == 0 {
+        let copy = chunks[chunk].clone();
+        chunks.push((random.byte(), copy.1, copy.2));
     }
-    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&raw);
-    mutant[entry(chunk) + 12..entry(chunk) + 16].copy_from_slice(&crc.to_le_bytes());
+    tiles[tile].1 = chunks.iter().flat_map(packed).collect();
+    let mut mutant = tiled::assembled(&index, &tiles);
+    // What puts tiles together takes them for texels.
+    mutant[15] = bytes[15];
     resign(&mut mutant);
     mutant
+}
+
+/// A chunk's letter, its length unpacked if it is packed, and its bytes.
+type Chunk = (u8, Option<usize>, Vec<u8>);
+
+fn chunks(mut tile: &[u8]) -> Vec<Chunk> {
+    let mut chunks = Vec::new();
+    while let Some((&letter, rest)) = tile.split_first() {
+        tile = rest;
+        let length = varint(&mut tile);
+        let raw = (length & 1 == 1).then(|| varint(&mut tile));
+        let (stored, rest) = tile.split_at(length >> 1);
+        chunks.push((letter, raw, stored.to_vec()));
+        tile = rest;
+    }
+    chunks
+}
+
+fn packed((letter, raw, stored): &Chunk) -> Vec<u8> {
+    let mut bytes = vec![*letter];
+    let mut push = |mut value: usize| {
+        while value >= 0x80 {
+            bytes.push(value as u8 | 0x80);
+            value >>= 7;
+        }
+        bytes.push(value as u8);
+    };
+    push(stored.len() << 1 | usize::from(raw.is_some()));
+    raw.iter().for_each(|&raw| push(raw));
+    bytes.extend(stored);
+    bytes
+}
+
+fn varint(bytes: &mut &[u8]) -> usize {
+    let (mut value, mut shift) = (0, 0);
+    while let Some((&byte, rest)) = bytes.split_first() {
+        *bytes = rest;
+        value |= usize::from(byte & 0x7f) << shift;
+        shift += 7;
+        if byte & 0x80 == 0 {
+            break;
+        }
+    }
+    value
 }

@@ -21,3 +21,4 @@ mod planes;
 mod portable;
 mod shaders;
 mod sizes;
+mod tiled;

@@ -1,10 +1,13 @@
 //! `istar decode`
 
-use crate::render::draw_cpu;
+use crate::archive::Archive;
+use crate::render::{bands, draw_cpu, draw_tiles};
 use crate::{Outcome, files, pictures};
 use clap::ValueEnum;
+use istar::container::Payload;
 use istar::grid::Point;
-use istar::{Camera, Limits, raster};
+use istar::model::RegionId;
+use istar::{Camera, Image, Limits, raster};
 use std::path::PathBuf;
 
 /// Decode to a PNG of the whole picture
@@ -37,41 +40,73 @@ enum What {
 
 pub fn run(args: &Args) -> Outcome {
     let output = files::Output::create(&args.output)?;
-    // At its own size the pixels that it was made from are wanted; at others, smooth boundaries.
-    let (mut image, _) = files::read_exact(&args.input)?;
-    if args.width.is_some_and(|width| width != image.size[0]) {
-        image = files::read_image(&args.input)?.0;
-    }
-    let width = args.width.unwrap_or(image.size[0]);
-    let scale = f64::from(width) / f64::from(image.size[0]);
-    let height = (f64::from(image.size[1]) * scale).round().max(1.0) as u32;
+    let archive = Archive::open(&args.input)?;
+    archive.check_length()?;
+    let size = archive.index.layout().size;
+    let width = args.width.unwrap_or(size[0]);
+    let scale = f64::from(width) / f64::from(size[0]);
+    let height = (f64::from(size[1]) * scale).round().max(1.0) as u32;
     Limits::default().check_size([width, height]).map_err(|error| error.to_string())?;
-    let mut camera = Camera::new(image.size, [width, height]);
-    camera.look_at(Point::new(image.size.map(|n| 0.5 * f64::from(n))), scale);
-
-    let png = match args.what {
-        What::Color => {
-            let pixels = draw_cpu(&image, &camera, !args.no_antialias);
-            pictures::write_png([width, height], &pixels)?
+    let mut camera = Camera::new(size, [width, height]);
+    camera.look_at(Point::new(size.map(|n| 0.5 * f64::from(n))), scale);
+    let png = match archive.index.payload() {
+        Payload::Texels => tiles(args, archive, &camera)?,
+        // At its own size the pixels that it was made from are wanted; at others, smooth boundaries.
+        Payload::Labels if width == size[0] => {
+            whole(args, &files::read_exact(&args.input)?.0, &camera)?
         }
-        What::Regions => {
-            if image.regions.len() >= usize::from(u16::MAX) {
-                return Err(format!(
-                    "{}: {} regions do not fit 16 bits: decode --what color",
-                    args.input.display(),
-                    image.regions.len()
-                ));
-            }
-            let label = |x: u32, y: u32| {
-                let point = camera.to_source([f64::from(x) + 0.5, f64::from(y) + 0.5]);
-                raster::region_at(&image, &point).map_or(0, |region| region as u16 + 1)
-            };
-            let labels: Vec<u16> = (0..height)
-                .flat_map(|y| (0..width).map(move |x| (x, y)))
-                .map(|(x, y)| label(x, y))
-                .collect();
-            pictures::write_png_labels([width, height], &labels)?
-        }
+        Payload::Labels => whole(args, &files::read_image(&args.input)?.0, &camera)?,
     };
     output.finish(&png)
+}
+
+fn whole(args: &Args, image: &Image, camera: &Camera) -> Result<Vec<u8>, String> {
+    match args.what {
+        What::Color => {
+            let pixels = draw_cpu(image, camera, !args.no_antialias);
+            pictures::write_png(camera.viewport(), &pixels)
+        }
+        What::Regions => {
+            check_regions(args, image.regions.len())?;
+            let numbers: Vec<u16> = numbers(image, camera, |region| region);
+            pictures::write_png_labels(camera.viewport(), &numbers)
+        }
+    }
+}
+
+fn tiles(args: &Args, mut archive: Archive, camera: &Camera) -> Result<Vec<u8>, String> {
+    match args.what {
+        What::Color => {
+            let pixels = draw_tiles(&mut archive, camera, !args.no_antialias)?;
+            pictures::write_png(camera.viewport(), &pixels)
+        }
+        What::Regions => {
+            check_regions(args, archive.index.regions() as usize)?;
+            let mut all = Vec::new();
+            for band in bands(&archive, camera) {
+                let section = archive.view(&band)?;
+                let camera = section.camera(&band);
+                all.extend(numbers(&section.image, &camera, |own| section.regions[own as usize]));
+            }
+            pictures::write_png_labels(camera.viewport(), &all)
+        }
+    }
+}
+
+fn check_regions(args: &Args, regions: usize) -> Result<(), String> {
+    if regions < usize::from(u16::MAX) {
+        return Ok(());
+    }
+    let name = args.input.display();
+    Err(format!("{name}: {regions} regions do not fit 16 bits: decode --what color"))
+}
+
+/// For each pixel of a view 1 more than the number of its region, 0 beside the picture.
+fn numbers(image: &Image, camera: &Camera, number: impl Fn(RegionId) -> RegionId) -> Vec<u16> {
+    let [width, height] = camera.viewport();
+    let label = |x: u32, y: u32| {
+        let point = camera.to_source([f64::from(x) + 0.5, f64::from(y) + 0.5]);
+        raster::region_at(image, &point).map_or(0, |region| number(region) as u16 + 1)
+    };
+    (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| label(x, y)).collect()
 }

@@ -1,7 +1,7 @@
 //! `istar encode`
 
-use crate::info::texel_sizes;
 use crate::pictures::{self, RegionKind};
+use crate::survey::texel_sizes;
 use crate::tell::{aside, tell};
 use crate::{Outcome, files, progress};
 use clap::ValueEnum;
@@ -49,6 +49,10 @@ struct Options {
     /// What a region is
     #[arg(long, value_enum, default_value_t, conflicts_with = "lossless")]
     regions: RegionKind,
+    /// Cut the picture into tiles of N pixels, a power of two from 64, with coarser levels beside it; 0 for
+    /// one tile. Without it, large pictures are
+    #[arg(long, value_name = "N", value_parser = tile_size, conflicts_with = "lossless")]
+    tile_size: Option<u32>,
     /// Interpolation of texels
     #[arg(long, value_enum, default_value_t = KernelName::Quadratic)]
     kernel: KernelName,
@@ -70,6 +74,12 @@ struct Options {
 fn decibels(word: &str) -> Result<f64, String> {
     let number = word.parse().ok().filter(|&db: &f64| db > 0.0);
     number.ok_or_else(|| "give a number above 0, as in 35".into())
+}
+
+fn tile_size(word: &str) -> Result<u32, String> {
+    let fits =
+        |&size: &u32| size == 0 || (size.is_power_of_two() && (64..=1 << 30).contains(&size));
+    word.parse().ok().filter(fits).ok_or_else(|| "give a power of two from 64, or 0".into())
 }
 
 fn forbidden(words: &str) -> Result<Forbidden, String> {
@@ -161,7 +171,7 @@ pub fn run(args: &Args) -> Outcome {
         _ => {}
     }
     let Encoded { chosen: Chosen { image, psnr, .. }, bytes, is_antialiased } =
-        encode_file(&args.input, args.options.regions, &options, target)?;
+        encode_file(&args.input, args.options.regions, &options, target, args.options.tile_size)?;
     output.finish(&bytes)?;
     if let (Some(wanted), Some(psnr)) = (args.options.psnr, psnr)
         && psnr < wanted
@@ -197,10 +207,11 @@ impl Options {
     fn holds_labels(&self) -> Result<bool, String> {
         let needs_texels = self.min_region > 0
             || !self.forbid.is_empty()
+            || self.tile_size.is_some_and(|size| size > 0)
             || self.connectivity != ConnectivityName::Four;
         match self.payload {
             Some(PayloadName::Labels) if needs_texels => {
-                Err("--payload labels goes with no --min-region, --forbid or --connectivity: leave them \
+                Err("--payload labels goes with no --min-region, --forbid, --tile-size or --connectivity: leave them \
                      out, or the payload"
                     .into())
             }
@@ -280,12 +291,14 @@ pub struct Encoded {
     pub is_antialiased: bool,
 }
 
-/// Reads and encodes a picture, with the texel size of the options where there is no target.
+/// Reads and encodes a picture, with the texel size of the options where there is no target, in tiles of the
+/// width that is asked for, or of what suits it.
 pub fn encode_file(
     input: &Path,
     kind: RegionKind,
     options: &EncodeOptions,
     target: Option<Target>,
+    tile_size: Option<u32>,
 ) -> Result<Encoded, String> {
     let stages = progress::Stages::new();
     stages.set("reading");
@@ -299,7 +312,16 @@ pub fn encode_file(
         }
         .map_err(|error| files::at(input, &error))?;
     stages.set("packing");
-    let bytes = container::write_with(&chosen.image, &chosen.notes)
-        .map_err(|error| files::at(input, &error))?;
+    let Chosen { image, notes, .. } = &chosen;
+    let tile_log2 = match tile_size {
+        None => istar::suitable_tile_log2(image.size),
+        Some(0) => None,
+        Some(width) => Some(width.trailing_zeros() as u8),
+    };
+    let bytes = match tile_log2 {
+        None => container::write_with(image, notes),
+        Some(log2) => istar::encode_pyramid(image, notes, log2, options, stage),
+    }
+    .map_err(|error| files::at(input, &error))?;
     Ok(Encoded { chosen, bytes, is_antialiased: source.distances().is_some() })
 }

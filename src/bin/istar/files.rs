@@ -2,7 +2,7 @@
 
 use istar::{Image, Limits};
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::Path;
 
 /// Reads a whole file.
@@ -60,10 +60,20 @@ impl<'a> Output<'a> {
     }
 
     /// Writes `bytes` and puts the file in its place.
-    pub fn finish(mut self, bytes: &[u8]) -> Result<(), String> {
+    pub fn finish(self, bytes: &[u8]) -> Result<(), String> {
+        self.finish_with(|file| file.write_all(bytes))
+    }
+
+    /// Has the file written and puts it in its place.
+    pub fn finish_with(
+        self,
+        write: impl FnOnce(&mut BufWriter<&fs::File>) -> io::Result<()>,
+    ) -> Result<(), String> {
         let path = self.path;
         let fault = |error| format!("cannot write {}: {}", path.display(), reason(&error));
-        self.file.write_all(bytes).map_err(fault)?;
+        let mut buffered = BufWriter::new(self.file.as_file());
+        write(&mut buffered).and_then(|()| buffered.flush()).map_err(fault)?;
+        drop(buffered);
         self.file.as_file().sync_all().map_err(fault)?;
         share_like_any_new_file(self.file.as_file()).map_err(fault)?;
         self.file.persist(path).map_err(|error| fault(error.error))?;

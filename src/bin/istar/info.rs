@@ -1,11 +1,11 @@
 //! `istar info`
 
+use crate::archive::Archive;
+use crate::survey::{self, Survey};
 use crate::tell::tell;
 use crate::{Outcome, files};
-use istar::model::Block;
-use istar::{Image, container, embed, fit, raster};
+use istar::container::{self, Part, Payload};
 use serde_json::json;
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// Tell what is in a file
@@ -20,50 +20,61 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
-    let (image, bytes) = files::read_image(&args.input)?;
-    let parts = container::parts(&bytes).map_err(|error| files::at(&args.input, &error))?;
-    let notes = container::notes(&bytes).map_err(|error| files::at(&args.input, &error))?;
-    let label_size =
-        container::label_size(&bytes).map_err(|error| files::at(&args.input, &error))?;
-    let payload = if label_size.is_some() { "labels" } else { "texels" };
-    let sizes = texel_sizes(&image);
-    let violations = embed::model_violations(&image);
-    let seams = raster::seams(&image);
-    let head = bytes.len() - parts.iter().map(|part| part.stored as usize).sum::<usize>();
+    let mut archive = Archive::open(&args.input)?;
+    archive.check_length()?;
+    let notes = container::notes(&archive.index).map_err(|error| archive.at(&error))?;
+    let layout = archive.index.layout().clone();
+    let is_labels = archive.index.payload() == Payload::Labels;
+    let label_size = is_labels.then(|| 1u32 << layout.block_log2);
+    let payload = if is_labels { "labels" } else { "texels" };
+    let mut survey = Survey::default();
+    let mut regions = archive.index.regions() as usize;
+    if is_labels {
+        let image = files::read_image(&args.input)?.0;
+        survey.add(&image);
+        regions = image.regions.len();
+    } else {
+        survey::level(&mut survey, &mut archive, 0, |_, tile| tile.map(|_| ()))?;
+    }
+    let Survey { violations, seams, .. } = survey;
+    let (tiles, parts) = parts(&mut archive)?;
+    let head = archive.index.directory_bytes();
     if args.json {
         let mut by_part = serde_json::Map::new();
         by_part.insert("head".into(), head.into());
-        by_part.extend(parts.iter().map(|part| (part.name(), part.stored.into())));
+        by_part.extend(parts.iter().map(|&(name, bytes)| (name.into(), bytes.into())));
         tell!(
             "{}",
             json!({
-                "size": image.size,
+                "size": layout.size,
                 "payload": payload,
                 // null where it is texels.
                 "label_size": label_size,
-                "regions": image.regions.len(),
-                "nodes": image.nodes.len(),
-                "ghosts": image.ghosts().len(),
-                "edges": image.edges.len(),
-                "faces": image.faces.len(),
-                "texel_size": sizes,
-                "scalars": fit::scalars(&image),
-                "kernel": image.kernel.name(),
-                "gamma": image.gamma.name(),
-                "tiles": 1,
-                "levels": 1,
+                "regions": regions,
+                "nodes": survey.nodes,
+                "ghosts": survey.ghosts,
+                "edges": survey.edges,
+                "faces": survey.faces,
+                "texel_size": survey.texel_sizes,
+                "scalars": survey.scalars,
+                "kernel": layout.kernel.name(),
+                "gamma": layout.gamma.name(),
+                "tiles": tiles,
+                "levels": layout.levels,
+                // Of a tile, in pixels of its level; null where one shows all.
+                "tile_size": (tiles > 1).then(|| 1u32 << layout.tile_log2),
                 "violations": violations,
                 // null where the file does not say.
                 "violations_before_repair": notes.violations_before,
                 "seams": seams,
-                "bytes": bytes.len(),
+                "bytes": archive.length,
                 "bytes_by_part": by_part,
             })
         )?;
         return Ok(());
     }
-    let [width, height] = image.size;
-    let sizes: Vec<String> = sizes.iter().map(u32::to_string).collect();
+    let [width, height] = layout.size;
+    let sizes: Vec<String> = survey.texel_sizes.iter().map(u32::to_string).collect();
     tell!("size        {width}×{height} pixels")?;
     tell!(
         "payload     {payload}{}",
@@ -73,40 +84,57 @@ pub fn run(args: &Args) -> Outcome {
             Some(n) => format!(": one for {n}×{n} pixels; what follows is fitted to them"),
         }
     )?;
-    tell!("regions     {}", image.regions.len())?;
+    tell!("regions     {regions}")?;
     tell!(
         "complex     {} nodes ({} of them ghosts), {} edges, {} faces",
-        image.nodes.len(),
-        image.ghosts().len(),
-        image.edges.len(),
-        image.faces.len()
+        survey.nodes,
+        survey.ghosts,
+        survey.edges,
+        survey.faces
     )?;
     tell!(
         "texel size  {}",
         if sizes.is_empty() { "none: all solid".into() } else { sizes.join(", ") }
     )?;
-    tell!("scalars     {}", fit::scalars(&image))?;
-    tell!("kernel      {}", image.kernel.name())?;
-    tell!("gamma       {}", image.gamma.name())?;
-    tell!("tiles       1, levels 1")?;
+    tell!("scalars     {}", survey.scalars)?;
+    tell!("kernel      {}", layout.kernel.name())?;
+    tell!("gamma       {}", layout.gamma.name())?;
+    match tiles {
+        1 => tell!("tiles       1, levels 1")?,
+        _ => tell!(
+            "tiles       {tiles} of {0}×{0} pixels in {1} levels; what is counted is the finest's, on borders \
+             in each tile",
+            1u32 << layout.tile_log2,
+            layout.levels
+        )?,
+    }
     match notes.violations_before {
         Some(before) => tell!("violations  {violations}, before repair {before}")?,
         None => tell!("violations  {violations}")?,
     }
     tell!("seams       {seams}")?;
-    tell!("bytes       {}", bytes.len())?;
-    tell!("  head      {head}")?;
-    for part in &parts {
-        tell!("  {}      {}", part.name(), part.stored)?;
+    tell!("bytes       {}", archive.length)?;
+    tell!("  {:<14}  {head}", "head")?;
+    for (name, bytes) in &parts {
+        tell!("  {name:<14}  {bytes}")?;
     }
     Ok(())
 }
 
-/// The texel sizes in use, smallest first.
-pub fn texel_sizes(image: &Image) -> BTreeSet<u32> {
-    let size = |block: &Block<3>| match block {
-        Block::Solid(_) => None,
-        Block::Cells(cells) => Some(1 << cells.texel_log2),
-    };
-    image.blocks.iter().filter_map(size).collect()
+/// The number of tiles, and the bytes of their parts, of each kind in all.
+fn parts(archive: &mut Archive) -> Result<(u64, Vec<(&'static str, u64)>), String> {
+    let mut tiles = 0;
+    let mut sums: Vec<(&'static str, u64)> = Vec::new();
+    for tile in archive.index.layout().clone().tiles() {
+        let Some(bytes) = archive.tile_bytes(tile)? else { continue };
+        tiles += 1;
+        let parts = container::parts(&archive.index, &bytes);
+        for Part { name, bytes } in parts.map_err(|error| archive.at(&error))? {
+            match sums.iter_mut().find(|(other, _)| *other == name) {
+                Some((_, sum)) => *sum += bytes,
+                None => sums.push((name, bytes)),
+            }
+        }
+    }
+    Ok((tiles, sums))
 }

@@ -1,13 +1,16 @@
 //! The `istar` command: parse, run, report. One file a command.
 
+mod archive;
 mod compare;
 mod decode;
 mod encode;
 mod files;
 mod info;
+mod merge;
 mod pictures;
 mod progress;
 mod render;
+mod survey;
 mod tell;
 mod verify;
 mod view;
@@ -31,6 +34,7 @@ enum Command {
     Compare(compare::Args),
     Info(info::Args),
     Verify(verify::Args),
+    Merge(merge::Args),
     View(view::Args),
 }
 
@@ -46,6 +50,7 @@ fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::View(args) => view::run(&args),
     };
     match outcome {

@@ -1,7 +1,9 @@
 //! `istar render`
 
+use crate::archive::Archive;
 use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
+use istar::container::Payload;
 use istar::grid::Point;
 use istar::{Camera, Image, Limits, MAX_SCALE, raster};
 use rayon::prelude::*;
@@ -43,14 +45,66 @@ enum Backend {
 
 pub fn run(args: &Args) -> Outcome {
     let output = files::Output::create(&args.output)?;
-    let (image, _) = files::read_image(&args.input)?;
-    let mut camera = Camera::new(image.size, args.size);
+    let mut archive = Archive::open(&args.input)?;
+    archive.check_length()?;
+    let size = archive.index.layout().size;
+    let mut camera = Camera::new(size, args.size);
     camera.look_at(args.center, args.scale);
-    let pixels = match args.backend {
-        Backend::Cpu => draw_cpu(&image, &camera, !args.no_antialias),
-        Backend::Gpu => draw_gpu(&image, &camera, !args.no_antialias)?,
+    let antialias = !args.no_antialias;
+    let pixels = if archive.index.payload() == Payload::Labels || args.backend == Backend::Gpu {
+        let (image, camera) = match archive.index.payload() {
+            Payload::Labels => (files::read_image(&args.input)?.0, camera),
+            Payload::Texels => {
+                let section = archive.view(&camera)?;
+                let camera = section.camera(&camera);
+                (section.image, camera)
+            }
+        };
+        match args.backend {
+            Backend::Cpu => draw_cpu(&image, &camera, antialias),
+            Backend::Gpu => draw_gpu(&image, &camera, antialias)?,
+        }
+    } else {
+        draw_tiles(&mut archive, &camera, antialias)?
     };
     output.finish(&pictures::write_png(args.size, &pixels)?)
+}
+
+/// Rows of a view that are drawn at a time, where the tiles of all are too many to be held at once.
+const BAND: u32 = 256;
+/// Tiles that are.
+const MOST_AT_ONCE: usize = 64;
+
+/// Draws a view of a file of texels, with no more of its tiles in memory than a band of the view needs.
+pub fn draw_tiles(
+    archive: &mut Archive,
+    camera: &Camera,
+    antialias: bool,
+) -> Result<Vec<[u8; 4]>, String> {
+    let mut pixels = Vec::with_capacity(istar::grid::count(camera.viewport()));
+    for band in bands(archive, camera) {
+        let section = archive.view(&band)?;
+        pixels.extend(draw_cpu(&section.image, &section.camera(&band), antialias));
+    }
+    Ok(pixels)
+}
+
+/// The views of the rows of another, from above, each on not too many tiles.
+pub fn bands(archive: &Archive, camera: &Camera) -> Vec<Camera> {
+    let [width, height] = camera.viewport();
+    if archive.tiles_in_view(camera) <= MOST_AT_ONCE {
+        return vec![camera.clone()];
+    }
+    let band = |from: u32| {
+        let rows = BAND.min(height - from);
+        let mut band = camera.clone();
+        band.resize([width, rows]);
+        let middle = f64::from(from) + 0.5 * f64::from(rows);
+        let center = camera.to_source([0.5 * f64::from(width), middle]);
+        band.look_at(center, camera.scale());
+        band
+    };
+    (0..height).step_by(BAND as usize).map(band).collect()
 }
 
 /// Draws a view on all cores.

@@ -1,5 +1,6 @@
 //! `istar view`
 
+use crate::archive::Archive;
 use crate::pictures::RegionKind;
 use crate::tell::tell;
 use crate::{Outcome, encode, files};
@@ -10,7 +11,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use istar::EncodeOptions;
 use rust_embed::RustEmbed;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use tower_http::services::{ServeDir, ServeFile};
@@ -42,10 +43,11 @@ pub fn run(args: &Args) -> Outcome {
         return serve(Router::new().fallback_service(ServeDir::new(&args.input)), args.port);
     }
     if is_istar(&args.input)? {
-        files::read_image(&args.input)?;
+        Archive::open(&args.input)?.check_length()?;
         return serve(one_picture(&args.input)?, args.port);
     }
-    let encoded = encode::encode_file(&args.input, args.regions, &EncodeOptions::default(), None)?;
+    let encoded =
+        encode::encode_file(&args.input, args.regions, &EncodeOptions::default(), None, None)?;
     let fault = |error| format!("cannot write a temporary file: {error}");
     let mut file = tempfile::NamedTempFile::new().map_err(fault)?;
     file.write_all(&encoded.bytes).map_err(fault)?;
@@ -54,7 +56,12 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 fn is_istar(path: &Path) -> Result<bool, String> {
-    Ok(files::read(path)?.starts_with(&istar::container::MAGIC))
+    let fault = |error| files::at(path, &files::reason(&error));
+    let mut start = Vec::new();
+    let magic = istar::container::MAGIC;
+    let file = std::fs::File::open(path).map_err(fault)?;
+    file.take(magic.len() as u64).read_to_end(&mut start).map_err(fault)?;
+    Ok(start == magic)
 }
 
 /// The viewer's page around one picture.
