@@ -22,6 +22,7 @@ pub struct Chunk<'a> {
     pub raw: Option<u32>,
     pub stored: &'a [u8],
     /// Bytes that it takes, those before it included that say what it is.
+    #[cfg(feature = "encode")]
     pub bytes: usize,
 }
 
@@ -36,12 +37,19 @@ pub fn list(bytes: &[u8]) -> Result<Vec<Chunk<'_>>> {
         if chunks.len() == MAX_CHUNKS {
             return Err(from.error("more parts than any tile has"));
         }
+        #[cfg(feature = "encode")]
         let before = from.rest().len();
         let letter = from.u8()?;
         let length = from.varint()?;
         let raw = if length & 1 == 1 { Some(from.varint()?) } else { None };
         let stored = from.take((length >> 1) as usize)?;
-        chunks.push(Chunk { letter, raw, stored, bytes: before - from.rest().len() });
+        chunks.push(Chunk {
+            letter,
+            raw,
+            stored,
+            #[cfg(feature = "encode")]
+            bytes: before - from.rest().len(),
+        });
     }
     Ok(chunks)
 }

@@ -56,6 +56,7 @@ pub struct Index {
     layout: Layout,
     payload: Payload,
     regions: u32,
+    #[cfg(feature = "encode")]
     chunks: Vec<RootChunk>,
     head: u64,
     leaves: Vec<Leaf>,
@@ -63,6 +64,7 @@ pub struct Index {
 }
 
 /// A chunk that is about the whole file.
+#[cfg(feature = "encode")]
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct RootChunk {
     pub tag: [u8; 4],
@@ -153,6 +155,7 @@ impl Index {
             layout,
             payload,
             regions: 0,
+            #[cfg(feature = "encode")]
             chunks: Vec::new(),
             head: end,
             leaves: Vec::new(),
@@ -214,7 +217,11 @@ impl Index {
                 ));
             }
             let length = from.varint()? as usize;
-            self.chunks.push(RootChunk { tag, bytes: from.take(length)?.to_vec() });
+            let bytes = from.take(length)?;
+            #[cfg(feature = "encode")]
+            self.chunks.push(RootChunk { tag, bytes: bytes.to_vec() });
+            #[cfg(not(feature = "encode"))]
+            let _ = bytes;
         }
         // A leaf takes a byte or more.
         if self.layout.leaf_count() > from.rest().len() as u64 {
@@ -265,6 +272,7 @@ impl Index {
         self.head + self.leaves.iter().map(outside).sum::<u64>()
     }
 
+    #[cfg(feature = "encode")]
     pub(super) fn chunks(&self) -> &[RootChunk] {
         &self.chunks
     }

@@ -21,7 +21,7 @@ pub fn join(
     let gap = || Error::Usage("the tiles to be joined are no rectangle of one level".into());
     let (first, last) = match &tiles[..] {
         [] => return Err(gap()),
-        [_] => return Ok(tiles.pop().map(|tile| (tile.model, tile.regions)).ok_or_else(gap)?),
+        [_] => return tiles.pop().map(|tile| (tile.model, tile.regions)).ok_or_else(gap),
         [first, .., last] => (first.tile, last.tile),
     };
     let extent: [u32; 2] =
