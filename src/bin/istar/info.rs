@@ -42,7 +42,7 @@ pub fn run(args: &Args) -> Outcome {
     if args.json {
         let mut by_part = serde_json::Map::new();
         by_part.insert("head".into(), head.into());
-        by_part.extend(parts.iter().map(|&(name, bytes)| (name.into(), bytes.into())));
+        by_part.extend(parts.iter().map(|part| (part.name.into(), part.bytes.into())));
         tell!(
             "{}",
             json!({
@@ -115,24 +115,24 @@ pub fn run(args: &Args) -> Outcome {
     tell!("seams       {seams}")?;
     tell!("bytes       {}", archive.length)?;
     tell!("  {:<14}  {head}", "head")?;
-    for (name, bytes) in &parts {
+    for Part { name, bytes } in &parts {
         tell!("  {name:<14}  {bytes}")?;
     }
     Ok(())
 }
 
 /// The number of tiles, and the bytes of their parts, of each kind in all.
-fn parts(archive: &mut Archive) -> Result<(u64, Vec<(&'static str, u64)>), String> {
+fn parts(archive: &mut Archive) -> Result<(u64, Vec<Part>), String> {
     let mut tiles = 0;
-    let mut sums: Vec<(&'static str, u64)> = Vec::new();
+    let mut sums: Vec<Part> = Vec::new();
     for tile in archive.index.layout().clone().tiles() {
         let Some(bytes) = archive.tile_bytes(tile)? else { continue };
         tiles += 1;
         let parts = container::parts(&archive.index, &bytes);
-        for Part { name, bytes } in parts.map_err(|error| archive.at(&error))? {
-            match sums.iter_mut().find(|(other, _)| *other == name) {
-                Some((_, sum)) => *sum += bytes,
-                None => sums.push((name, bytes)),
+        for part in parts.map_err(|error| archive.at(&error))? {
+            match sums.iter_mut().find(|sum| sum.name == part.name) {
+                Some(sum) => sum.bytes += part.bytes,
+                None => sums.push(part),
             }
         }
     }
