@@ -5,22 +5,24 @@
 // fixed bounds, powers of two are masked and shifted.
 
 struct View {
-    // The source pixel that holds the middle of the view, and the middle's place in it.
+    // Where the picture ends, in pixels of the viewport: left, top, right, lower.
+    edges: vec4<f32>,
+    // The scene's pixel that holds the middle of the view, and the middle's place in it.
     anchor: vec2<i32>,
     offset: vec2<f32>,
-    // The viewport, in screen pixels.
-    screen: vec2<f32>,
-    // The picture, in source pixels.
-    picture: vec2<i32>,
+    // The last pixel of the scene that is shown.
+    last: vec2<i32>,
+    // The middle of the viewport, in screen pixels.
+    middle: vec2<f32>,
     // (scale, shift) from the position built-in's y to the viewport's, which runs from the top.
     y_axis: vec2<f32>,
-    // Source pixels per screen pixel, and per sub-sample.
+    // From close by (CLOSE): where the four cells in sight meet, in pixels of the viewport.
+    split: vec2<f32>,
+    // Pixels of the scene per screen pixel, and per sub-sample.
     pixel: f32,
     sub_pixel: f32,
     // Sub-samples along an axis of a screen pixel.
     samples: u32,
-    // Texels that reach into a cell along an axis: 3 (quadratic kernel) or 2 (linear).
-    taps: u32,
     block_log2: u32,
     flags: u32,
 }
@@ -29,21 +31,20 @@ struct View {
 const ANTIALIAS = 1u;
 // Give straight colours, not premultiplied ones.
 const STRAIGHT = 2u;
-// Lists may have rows of planes.
-const PLANES = 4u;
+// The tables hold only the cells in sight, at most four, and their cuts by screen pixels from the
+// middle of the viewport.
+const CLOSE = 4u;
 
 const MAX_CANDIDATES = 16u;
 const MAX_SAMPLES = 4u;
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var blocks: texture_2d<u32>;
-@group(0) @binding(2) var cells: texture_2d<u32>;
-@group(0) @binding(3) var texels: texture_2d<u32>;
-@group(0) @binding(4) var lists: texture_2d<u32>;
-@group(0) @binding(5) var styles: texture_2d<f32>;
-@group(0) @binding(6) var planes: texture_2d<f32>;
+@group(1) @binding(0) var blocks: texture_2d<u32>;
+@group(1) @binding(1) var cells: texture_2d<u32>;
+@group(1) @binding(2) var cuts: texture_2d<u32>;
+@group(1) @binding(3) var styles: texture_2d<f32>;
 
-// Long tables are folded into rows of this many texels.
+// Long tables are folded into rows of this many entries.
 const WIDTH_LOG2 = 12u;
 
 fn folded(index: u32) -> vec2<u32> {
@@ -56,6 +57,8 @@ const REGION_MASK = 0x00ffffffu;
 // A block's word otherwise: where its cells start, and log2 of its texel size above.
 const CELLS_MASK = 0x0fffffffu;
 const TEXEL_LOG2_SHIFT = 28u;
-// A cell's word otherwise: where its list starts, and the list's length above.
-const LIST_MASK = 0x03ffffffu;
+// A cell's word otherwise: where its cuts start, whether they are by pairs of candidates, and the
+// number of candidates above.
+const CUTS_MASK = 0x01ffffffu;
+const BY_PAIRS = 0x02000000u;
 const COUNT_SHIFT = 26u;

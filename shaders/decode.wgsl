@@ -1,222 +1,287 @@
-// From a place to its region and the nearest boundary: src/raster/reference.rs in f32.
-// Values are in bytes (0 to 255), distances in source pixels.
+// What parts the regions inside a cell, and how much of a pixel each covers. Twin:
+// src/raster/reference.rs, in f64. Distances are in sub-samples (screen pixels where there is one).
 
-struct Decoded {
+// A cut in the table: a biquadratic polynomial of the place in its cell, as three columns of
+// coefficients (of x^0, x^1, x^2, each for y^0, y^1, y^2), and a word beside each.
+struct Cut {
+    // The value, and its gradient per sub-sample.
+    at: vec3<f32>,
+    // The candidate on the positive side: its region.
     region: u32,
-    // The region across the nearest boundary, FAR away where the cell has none.
-    across: u32,
+    // By pairs: see PART and NOTHING. Otherwise the masks of the candidate's neighbours, and of the
+    // first candidate's above.
+    flags: u32,
+    // The region of the pair's other, or of the list's first candidate.
+    other: u32,
+}
+
+// A pair's flags: there is a boundary; nothing parts the two.
+const PART = 1u;
+const NOTHING = 2u;
+
+fn cut(index: u32, u: vec2<f32>, per_cell: f32) -> Cut {
+    // Each column has a row of its own.
+    let at = vec2(1u, 3u) * folded(index);
+    let c0 = textureLoad(cuts, at, 0);
+    let c1 = textureLoad(cuts, at + vec2(0u, 1u), 0);
+    let c2 = textureLoad(cuts, at + vec2(0u, 2u), 0);
+    let steep = u.x * bitcast<vec3<f32>>(c2.xyz);
+    let c1f = bitcast<vec3<f32>>(c1.xyz);
+    let row = bitcast<vec3<f32>>(c0.xyz) + u.x * (c1f + steep);
+    let powers = vec3(1.0, u.y, u.y * u.y);
+    let gradient = vec2(dot(c1f + 2.0 * steep, powers), row.y + 2.0 * u.y * row.z);
+    return Cut(vec3(dot(row, powers), gradient * per_cell), c0.w, c1.w, c2.w);
+}
+
+// The side of a boundary that the place is not on.
+struct Side {
+    // How far the boundary is, FAR where there is none.
     distance: f32,
-}
-
-// Further than any boundary; leaves room for a division by the smallest pixel.
-const FAR = 1e30;
-const OUTSIDE = 0xffffffffu;
-
-struct Candidate {
-    position: vec3<f32>,
     region: u32,
-    // Bit i: entry i of the same list shares an edge with this one and has another region.
-    neighbours: u32,
-    // 1 + where its row of planes starts; 0 where the list has none and bisectors decide.
-    row: u32,
+    // The boundary's value and gradient, positive where the place is.
+    cut: vec3<f32>,
+    candidate: u32,
 }
 
-fn candidate(index: u32) -> Candidate {
-    let entry = textureLoad(lists, folded(index), 0);
-    let position = (vec3(entry.x) >> vec3(0u, 8u, 16u)) & vec3(255u);
-    return Candidate(vec3<f32>(position), entry.y, entry.z, entry.w);
+// Further than any boundary.
+const FAR = 1e30;
+// Beyond it a pixel is covered by one side: half its diagonal.
+const REACH = 0.7072;
+
+// The two nearest boundaries with two other regions.
+struct Sides {
+    near: Side,
+    next: Side,
 }
 
-// Value, and derivatives per cell width.
-struct Interpolated {
-    value: vec3<f32>,
-    dx: vec3<f32>,
-    dy: vec3<f32>,
+fn no_sides() -> Sides {
+    let none = Side(FAR, 0u, vec3(0.0), 0u);
+    return Sides(none, none);
 }
 
-fn texel(index: u32) -> vec3<f32> {
-    return vec3<f32>(textureLoad(texels, folded(index), 0).xyz);
-}
-
-// Taps of one axis at u in [0, 1] across a cell; the linear kernel has no third.
-fn weights(u: f32) -> vec3<f32> {
-    if view.taps == 3u {
-        let v = 1.0 - u;
-        let w = u - 0.5;
-        return vec3(0.5 * v * v, 0.75 - w * w, 0.5 * u * u);
+fn with_side(sides: Sides, boundary: vec3<f32>, region: u32, candidate: u32) -> Sides {
+    let steepness = length(boundary.yz);
+    // In a gap between planes the winner is on the far side of one: at the boundary, then.
+    let distance = max(boundary.x, 0.0) / max(steepness, 1e-30);
+    let side = Side(select(FAR, distance, steepness > 0.0), region, boundary, candidate);
+    if side.distance < sides.near.distance {
+        if region == sides.near.region {
+            return Sides(side, sides.next);
+        }
+        return Sides(side, sides.near);
     }
-    return vec3(1.0 - u, u, 0.0);
-}
-
-fn slopes(u: f32) -> vec3<f32> {
-    if view.taps == 3u {
-        return vec3(u - 1.0, 1.0 - 2.0 * u, u);
+    if side.distance < sides.next.distance && region != sides.near.region {
+        return Sides(sides.near, side);
     }
-    return vec3(-1.0, 1.0, 0.0);
+    return sides;
 }
 
-// One row of taps, from texel `index` on; adds it to `sum` with the weights of the other axis.
-fn add_row(
-    sum: Interpolated, index: u32, weight: vec3<f32>, slope: vec3<f32>, row: vec2<f32>,
-) -> Interpolated {
-    let t0 = texel(index);
-    let t1 = texel(index + 1u);
-    var value = weight.x * t0 + weight.y * t1;
-    var along = slope.x * t0 + slope.y * t1;
-    if view.taps == 3u {
-        let t2 = texel(index + 2u);
-        value += weight.z * t2;
-        along += slope.z * t2;
+// What a pixel's middle belongs to, and how much of the pixel each of three regions covers.
+struct Decoded {
+    regions: vec3<u32>,
+    shares: vec3<f32>,
+}
+
+fn solid(region: u32) -> Decoded {
+    return Decoded(vec3(region), vec3(1.0, 0.0, 0.0));
+}
+
+// How much of a unit square is on the positive side of a line at `distance` from its middle, which
+// is on that side.
+fn share(distance: f32, normal: vec2<f32>) -> f32 {
+    let steep = abs(normal) / max(length(normal), 1e-30);
+    let a = max(steep.x, steep.y);
+    let b = min(steep.x, steep.y);
+    let left = max(0.5 * (a + b) - distance, 0.0);
+    // Between the square's corners' distances it is a trapezium, beyond a triangle.
+    return select(1.0 - left * left / max(2.0 * a * b, 1e-30), 0.5 + distance / a, left > b);
+}
+
+fn share_of_two(region: u32, side: Side) -> Decoded {
+    let own = share(side.distance, side.cut.yz);
+    return Decoded(vec3(region, side.region, region), vec3(own, 1.0 - own, 0.0));
+}
+
+fn rows(cut: vec3<f32>, x: vec4<f32>, y: vec4<f32>) -> vec4<f32> {
+    return cut.x + cut.y * x + cut.z * y;
+}
+
+// A share of a pixel where three regions meet: sixteen places in it, no two in a row or a column.
+// `between` parts the other two, positive towards the nearer.
+fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
+    var shares = vec3(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let x = vec4(-0.46875, -0.40625, -0.34375, -0.28125) + 0.25 * f32(i);
+        let row = (2u * i + 1u - (i >> 1u)) & 3u;
+        let y = vec4(0.03125, -0.46875, 0.28125, -0.21875) + 0.0625 * f32(row);
+        let own = step(vec4(0.0), rows(sides.near.cut, x, y))
+            * step(vec4(0.0), rows(sides.next.cut, x, y));
+        let near = (1.0 - own) * step(vec4(0.0), rows(between, x, y));
+        shares += vec3(dot(own, vec4(0.0625)), dot(near, vec4(0.0625)), 0.0);
     }
-    return Interpolated(
-        sum.value + row.x * value, sum.dx + row.x * along, sum.dy + row.y * value,
-    );
+    shares.z = 1.0 - shares.x - shares.y;
+    return Decoded(vec3(region, sides.near.region, sides.next.region), shares);
 }
 
-// `index` is the texel at tap (0, 0), `stride` the texels in a row of the patch.
-fn interpolate(index: u32, stride: u32, u: vec2<f32>) -> Interpolated {
-    let wx = weights(u.x);
-    let sx = slopes(u.x);
-    let wy = weights(u.y);
-    let sy = slopes(u.y);
-    var sum = Interpolated(vec3(0.0), vec3(0.0), vec3(0.0));
-    sum = add_row(sum, index, wx, sx, vec2(wy.x, sy.x));
-    sum = add_row(sum, index + stride, wx, sx, vec2(wy.y, sy.y));
-    if view.taps == 3u {
-        sum = add_row(sum, index + 2u * stride, wx, sx, vec2(wy.z, sy.z));
+// Two candidates: most cells that are not solid.
+fn decide_two(start: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
+    let c = cut(start, u, per_cell);
+    let second = c.at.x > 0.0;
+    let region = select(c.other, c.region, second);
+    let steepness = length(c.at.yz);
+    let distance = abs(c.at.x) / max(steepness, 1e-30);
+    if distance >= REACH || (c.flags & view.flags & ANTIALIAS) == 0u {
+        return solid(region);
     }
-    return sum;
+    let own = share(distance, c.at.yz);
+    return Decoded(vec3(region, select(c.region, c.other, second), region), vec3(own, 1.0 - own, 0.0));
 }
 
-// p_ij of candidate i's row: the normal, and the value at the origin. The row leaves out i itself.
-fn plane(row: u32, i: u32, j: u32) -> vec4<f32> {
-    return textureLoad(planes, folded(row - 1u + j - select(0u, 1u, j > i)), 0);
-}
-
-// Where a list has planes: the winner is the candidate whose least p_ij is greatest, and the
-// boundary the one of its planes that is nearest on the screen.
-fn decide_by_planes(list: u32, count: u32, v: Interpolated, per_pixel: f32) -> Decoded {
-    let at = vec4(v.value, 1.0);
-    var winner = candidate(list);
-    var place = 0u;
-    var deepest = -FAR;
-    for (var i = 0u; i < MAX_CANDIDATES; i++) {
+// Each candidate after the first has a cut against the first, and differences of cuts part the
+// others: the winner is the candidate whose own is greatest.
+fn decide(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
+    let first = cut(start, u, per_cell);
+    var winner = vec3(0.0);
+    var region = first.other;
+    var neighbours = first.flags >> 16u;
+    for (var i = 1u; i < MAX_CANDIDATES; i++) {
         if i >= count {
             break;
         }
-        let entry = candidate(list + i);
-        var depth = FAR;
-        for (var j = 0u; j < MAX_CANDIDATES; j++) {
-            if j >= count || depth <= deepest {
-                break;
-            }
-            if j != i {
-                depth = min(depth, dot(plane(entry.row, i, j), at));
-            }
-        }
-        if depth > deepest {
-            winner = entry;
-            place = i;
-            deepest = depth;
+        let c = cut(start + i - 1u, u, per_cell);
+        if c.at.x > winner.x {
+            winner = c.at;
+            region = c.region;
+            neighbours = c.flags & 0xffffu;
         }
     }
-
-    var decoded = Decoded(winner.region, winner.region, FAR);
     if (view.flags & ANTIALIAS) == 0u {
-        return decoded;
+        return solid(region);
     }
-    for (var j = 0u; j < MAX_CANDIDATES; j++) {
-        if j >= count {
-            break;
-        }
-        if ((winner.neighbours >> j) & 1u) == 0u {
-            continue;
-        }
-        let cut = plane(winner.row, place, j);
-        let steepness = length(vec2(dot(v.dx, cut.xyz), dot(v.dy, cut.xyz))) * per_pixel;
-        if steepness > 0.0 {
-            let distance = max(dot(cut, at), 0.0) / steepness;
-            if distance < decoded.distance {
-                decoded.across = candidate(list + j).region;
-                decoded.distance = distance;
-            }
-        }
-    }
-    return decoded;
-}
-
-// The place is a source pixel and a fraction of it in [0, 1): a plain f32 coordinate would run out
-// of digits at high magnification.
-fn decode(pixel: vec2<i32>, fraction: vec2<f32>) -> Decoded {
-    if any(pixel < vec2(0)) || any(pixel >= view.picture) {
-        return Decoded(OUTSIDE, OUTSIDE, FAR);
-    }
-    let at = vec2<u32>(pixel);
-    let block = textureLoad(blocks, at >> vec2(view.block_log2), 0).xy;
-    if (block.x & SOLID) != 0u {
-        let region = block.x & REGION_MASK;
-        return Decoded(region, region, FAR);
-    }
-
-    let texel_log2 = (block.x & ~SOLID) >> TEXEL_LOG2_SHIFT;
-    let cells_log2 = view.block_log2 - texel_log2;
-    let within = at & vec2((1u << view.block_log2) - 1u);
-    let cell = within >> vec2(texel_log2);
-    let word = textureLoad(
-        cells, folded((block.x & CELLS_MASK) + (cell.y << cells_log2) + cell.x), 0,
-    ).x;
-    if (word & SOLID) != 0u {
-        let region = word & REGION_MASK;
-        return Decoded(region, region, FAR);
-    }
-
-    let per_pixel = 1.0 / f32(1u << texel_log2);
-    let u = (vec2<f32>(within & vec2((1u << texel_log2) - 1u)) + fraction) * per_pixel;
-    let stride = (1u << cells_log2) + view.taps - 1u;
-    let v = interpolate(block.y + cell.y * stride + cell.x, stride, u);
-
-    let count = (word & ~SOLID) >> COUNT_SHIFT;
-    let list = word & LIST_MASK;
-    var winner = candidate(list);
-    if (view.flags & PLANES) != 0u && winner.row != 0u {
-        return decide_by_planes(list, count, v, per_pixel);
+    var sides = no_sides();
+    if (neighbours & 1u) != 0u {
+        sides = with_side(sides, winner, first.other, 0u);
     }
     for (var i = 1u; i < MAX_CANDIDATES; i++) {
         if i >= count {
             break;
         }
-        let other = candidate(list + i);
-        // Which side of the bisector: the difference of two squared distances would lose digits
-        // exactly where they are close, that is on the boundary.
-        let middle = 0.5 * (other.position + winner.position);
-        if dot(v.value - middle, other.position - winner.position) > 0.0 {
-            winner = other;
+        if ((neighbours >> i) & 1u) != 0u {
+            let c = cut(start + i - 1u, u, per_cell);
+            sides = with_side(sides, winner - c.at, c.region, i);
         }
     }
-
-    var decoded = Decoded(winner.region, winner.region, FAR);
-    if (view.flags & ANTIALIAS) == 0u {
-        return decoded;
+    if sides.near.distance >= REACH {
+        return solid(region);
     }
+    if sides.next.distance >= REACH {
+        return share_of_two(region, sides.near);
+    }
+    return share_of_three(region, sides, sides.next.cut - sides.near.cut);
+}
+
+// The place of pair (i, j), i < j, among the cuts of `count` candidates.
+fn pair(i: u32, j: u32, count: u32) -> u32 {
+    return i * (2u * count - i - 1u) / 2u + j - i - 1u;
+}
+
+// The cut of i and j, positive on the side of i.
+fn cut_of_pair(start: u32, count: u32, i: u32, j: u32, u: vec2<f32>, per_cell: f32) -> Cut {
+    var c = cut(start + pair(min(i, j), max(i, j), count), u, per_cell);
+    if i < j {
+        return Cut(-c.at, c.other, c.flags, c.region);
+    }
+    return c;
+}
+
+// Where a list has planes of its own: the winner is the candidate whose least p_ij is greatest.
+fn decide_by_pairs(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
+    var winner = 0u;
+    var region = 0u;
+    var deepest = -FAR;
     for (var i = 0u; i < MAX_CANDIDATES; i++) {
         if i >= count {
             break;
         }
-        if ((winner.neighbours >> i) & 1u) == 0u {
-            continue;
+        var depth = FAR;
+        var own = 0u;
+        for (var j = 0u; j < MAX_CANDIDATES; j++) {
+            if j >= count || depth <= deepest {
+                break;
+            }
+            if j != i {
+                let c = cut_of_pair(start, count, i, j, u, per_cell);
+                own = c.region;
+                depth = min(depth, select(c.at.x, FAR, (c.flags & NOTHING) != 0u));
+            }
         }
-        let other = candidate(list + i);
-        // p_ij and its gradient, both times |normal|, which cancels in their ratio (Eq. 7).
-        let normal = winner.position - other.position;
-        let p = dot(v.value - 0.5 * (winner.position + other.position), normal);
-        let steepness = length(vec2(dot(v.dx, normal), dot(v.dy, normal))) * per_pixel;
-        if steepness > 0.0 {
-            let distance = p / steepness;
-            if distance < decoded.distance {
-                decoded.across = other.region;
-                decoded.distance = distance;
+        if depth > deepest {
+            winner = i;
+            region = own;
+            deepest = depth;
+        }
+    }
+    if (view.flags & ANTIALIAS) == 0u {
+        return solid(region);
+    }
+    var sides = no_sides();
+    for (var j = 0u; j < MAX_CANDIDATES; j++) {
+        if j >= count {
+            break;
+        }
+        if j != winner {
+            let c = cut_of_pair(start, count, winner, j, u, per_cell);
+            if (c.flags & PART) != 0u {
+                sides = with_side(sides, c.at, c.other, j);
             }
         }
     }
-    return decoded;
+    if sides.near.distance >= REACH {
+        return solid(region);
+    }
+    if sides.next.distance >= REACH {
+        return share_of_two(region, sides.near);
+    }
+    let between =
+        cut_of_pair(start, count, sides.near.candidate, sides.next.candidate, u, per_cell);
+    return share_of_three(region, sides, between.at);
+}
+
+// The place is a pixel of the scene and a fraction of it in [0, 1]: a plain f32 coordinate would run
+// out of digits at high magnification.
+fn decode(pixel: vec2<u32>, fraction: vec2<f32>) -> Decoded {
+    let block = textureLoad(blocks, pixel >> vec2(view.block_log2), 0).x;
+    if (block & SOLID) != 0u {
+        return solid(block & REGION_MASK);
+    }
+    let texel_log2 = block >> TEXEL_LOG2_SHIFT;
+    let within = pixel & vec2((1u << view.block_log2) - 1u);
+    let cell = within >> vec2(texel_log2);
+    let place = (cell.y << (view.block_log2 - texel_log2)) + cell.x;
+    let word = textureLoad(cells, folded((block & CELLS_MASK) + place), 0).x;
+    let per_pixel = 1.0 / f32(1u << texel_log2);
+    let u = (vec2<f32>(within & vec2((1u << texel_log2) - 1u)) + fraction) * per_pixel;
+    return decode_cell(word, u, per_pixel * view.sub_pixel);
+}
+
+fn decode_close(screen: vec2<f32>) -> Decoded {
+    let side = vec2<u32>(screen >= view.split);
+    let word = textureLoad(cells, vec2(side.y * 2u + side.x, 0u), 0).x;
+    return decode_cell(word, screen - view.middle, 1.0);
+}
+
+// `u` is the place in the cell, in units of which `per_cell` is a sub-sample.
+fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
+    if (word & SOLID) != 0u {
+        return solid(word & REGION_MASK);
+    }
+    let start = word & CUTS_MASK;
+    let count = word >> COUNT_SHIFT;
+    if count == 2u {
+        return decide_two(start, u, per_cell);
+    }
+    if (word & BY_PAIRS) != 0u {
+        return decide_by_pairs(start, count, u, per_cell);
+    }
+    return decide(start, count, u, per_cell);
 }

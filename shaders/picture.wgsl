@@ -1,4 +1,4 @@
-// The pass that paints the picture.
+// The pass that paints a scene.
 
 @vertex
 fn cover(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4<f32> {
@@ -13,43 +13,57 @@ fn color(region: u32) -> vec4<f32> {
     return vec4(straight.rgb * straight.a, straight.a);
 }
 
+fn decode_at(screen: vec2<f32>) -> Decoded {
+    if (view.flags & CLOSE) != 0u {
+        return decode_close(screen);
+    }
+    // Whole pixels are split off before the anchor comes in, so that the fraction keeps its digits.
+    let from_anchor = view.offset + (screen - view.middle) * view.pixel;
+    // Kept where the conversion to i32 and the sum are defined.
+    let whole = vec2<i32>(clamp(floor(from_anchor), vec2(-1e9), vec2(1e9)));
+    let pixel = clamp(view.anchor + whole, vec2(0), view.last);
+    let fraction = clamp(from_anchor - vec2<f32>(pixel - view.anchor), vec2(0.0), vec2(1.0));
+    return decode(vec2<u32>(pixel), fraction);
+}
+
 // The premultiplied colour at a place of the viewport.
 fn sample_color(screen: vec2<f32>) -> vec4<f32> {
-    // Whole pixels are split off before the anchor comes in, so that the fraction keeps its digits.
-    let from_anchor = view.offset + (screen - 0.5 * view.screen) * view.pixel;
-    let whole = floor(from_anchor);
-    // Far outside is outside: kept where the conversion to i32 and the sum are defined.
-    let pixels = vec2<i32>(clamp(whole, vec2(-1e9), vec2(1e9)));
-    let decoded = decode(view.anchor + pixels, from_anchor - whole);
-    if decoded.region == OUTSIDE {
-        return vec4(0.0);
-    }
-    let own = color(decoded.region);
-    let share = clamp(decoded.distance / view.sub_pixel + 0.5, 0.0, 1.0);
-    if share == 1.0 {
+    let decoded = decode_at(screen);
+    let own = color(decoded.regions.x);
+    if decoded.shares.x == 1.0 {
         return own;
     }
-    return mix(color(decoded.across), own, share);
+    var sum = decoded.shares.x * own + decoded.shares.y * color(decoded.regions.y);
+    if decoded.shares.z > 0.0 {
+        sum += decoded.shares.z * color(decoded.regions.z);
+    }
+    return sum;
 }
 
 @fragment
 fn paint(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    // The position is a pixel's middle; sub-samples are counted from its top left corner.
-    let corner = vec2(position.x, position.y * view.y_axis.x + view.y_axis.y) - 0.5;
-    let samples = f32(view.samples);
+    let middle = vec2(position.x, position.y * view.y_axis.x + view.y_axis.y);
     var sum = vec4(0.0);
-    for (var j = 0u; j < MAX_SAMPLES; j++) {
-        if j >= view.samples {
-            break;
-        }
-        for (var i = 0u; i < MAX_SAMPLES; i++) {
-            if i >= view.samples {
+    if view.samples == 1u {
+        sum = sample_color(middle);
+    } else {
+        let samples = f32(view.samples);
+        for (var j = 0u; j < MAX_SAMPLES; j++) {
+            if j >= view.samples {
                 break;
             }
-            sum += sample_color(corner + (vec2(f32(i), f32(j)) + 0.5) / samples);
+            for (var i = 0u; i < MAX_SAMPLES; i++) {
+                if i >= view.samples {
+                    break;
+                }
+                sum += sample_color(middle - 0.5 + (vec2(f32(i), f32(j)) + 0.5) / samples);
+            }
         }
+        sum = sum / (samples * samples);
     }
-    sum = sum / (samples * samples);
+    // How much of the pixel lies in the picture.
+    let inside = min(middle + 0.5, view.edges.zw) - max(middle - 0.5, view.edges.xy);
+    sum *= clamp(inside.x, 0.0, 1.0) * clamp(inside.y, 0.0, 1.0);
     if (view.flags & STRAIGHT) != 0u && sum.a > 0.0 {
         return vec4(sum.rgb / sum.a, sum.a);
     }

@@ -3,11 +3,8 @@
 use crate::grid::Point;
 use glam::{DVec2, UVec2};
 
-/// The largest scale, in screen pixels per source pixel: beyond it f32 shaders run out of digits.
-pub const MAX_SCALE: f64 = 1e5;
-
-/// Sub-samples an axis at most, where a screen pixel covers several source pixels.
-const MAX_SAMPLES: u32 = 4;
+/// The largest scale, in screen pixels per source pixel: beyond it a place has too few digits in f64.
+pub const MAX_SCALE: f64 = 1e12;
 
 /// A view of a picture, shared by every renderer. Screen pixels have their origin at the top left
 /// of the viewport, y downwards; pixel (i, j)'s centre is at (i + ½, j + ½).
@@ -30,6 +27,11 @@ impl Camera {
         };
         camera.fit();
         camera
+    }
+
+    /// Source pixels of the picture.
+    pub fn picture(&self) -> [u32; 2] {
+        self.picture.into()
     }
 
     /// The source pixel in the middle of the viewport.
@@ -106,12 +108,6 @@ impl Camera {
     pub fn to_source(&self, screen: [f64; 2]) -> Point<2> {
         let from_center = DVec2::from(screen) - self.viewport.as_dvec2() * 0.5;
         self.center.offset((from_center / self.scale).into())
-    }
-
-    /// Sub-samples along each axis of a screen pixel: 1, or more where it covers several source
-    /// pixels, since one place cannot stand for them.
-    pub fn samples(&self) -> u32 {
-        ((1.0 / self.scale).ceil() as u32).clamp(1, MAX_SAMPLES)
     }
 
     /// Some of the picture always stays under the middle of the viewport.

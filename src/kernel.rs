@@ -42,6 +42,15 @@ impl Kernel {
         }
     }
 
+    /// [`weights`](Self::weights) as polynomials of `u`: of each tap the constant, the factor of u and
+    /// that of u².
+    pub const fn polynomials(self) -> [[f64; 3]; 3] {
+        match self {
+            Kernel::Quadratic => [[0.5, -1.0, 0.5], [0.5, 1.0, -1.0], [0.0, 0.0, 0.5]],
+            Kernel::Linear => [[1.0, -1.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3]],
+        }
+    }
+
     /// Derivatives of [`weights`](Self::weights) by `u`.
     pub fn slopes(self, u: f64) -> [f64; 3] {
         match self {

@@ -9,8 +9,8 @@
 //!                               └──▶ gpu: pack ▶ upload ▶ shaders/*.wgsl ▶ pixels
 //! ```
 //!
-//! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera, texels ← {container,
-//! raster, gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
+//! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera, placement, cuts, texels ←
+//! {container, raster, gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
 //! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
 //! `container`, which [`open`] and [`encode_pyramid`] join with the encoder.
@@ -21,6 +21,7 @@ mod camera;
 #[cfg(feature = "encode")]
 mod compare;
 pub mod container;
+mod cuts;
 mod entropy;
 mod error;
 pub mod gamma;
@@ -28,6 +29,7 @@ pub mod grid;
 mod kernel;
 mod limits;
 pub mod model;
+mod placement;
 pub mod raster;
 
 #[cfg(feature = "encode")]
@@ -87,6 +89,7 @@ pub use lossy::{Lossy, encode_lossy};
 pub use model::{Image, Model};
 #[cfg(feature = "encode")]
 pub use open::{encode_lossless, open, open_exact};
+pub use placement::Placement;
 #[cfg(feature = "encode")]
 pub use pyramid::{encode_pyramid, suitable_tile_log2};
 #[cfg(feature = "encode")]

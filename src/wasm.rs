@@ -5,12 +5,15 @@ use crate::gpu::browser::{self, Choice};
 use crate::grid::Point;
 use crate::limits::Limits;
 use crate::model::Image;
+use crate::placement::Placement;
 use crate::wasm_error::thrown;
+use std::cell::RefCell;
+use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 
 /// An opened picture.
 #[wasm_bindgen]
-pub struct Picture(Image);
+pub struct Picture(Rc<Image>);
 
 #[wasm_bindgen]
 impl Picture {
@@ -18,7 +21,8 @@ impl Picture {
     /// `limit`.
     pub fn open(bytes: &[u8]) -> Result<Picture, JsValue> {
         console_error_panic_hook::set_once();
-        crate::container::read(bytes, &Limits::default()).map(Picture).map_err(thrown)
+        let image = crate::container::read(bytes, &Limits::default()).map_err(thrown)?;
+        Ok(Picture(Rc::new(image)))
     }
 
     /// Source pixels from left to right.
@@ -117,7 +121,10 @@ impl Camera {
 
 /// A GPU and the canvas it draws on: one a page.
 #[wasm_bindgen]
-pub struct Renderer(browser::Renderer);
+pub struct Renderer {
+    renderer: browser::Renderer,
+    frame: RefCell<Vec<(Rc<browser::Scene>, Placement)>>,
+}
 
 #[wasm_bindgen]
 impl Renderer {
@@ -131,33 +138,53 @@ impl Renderer {
             "webgl2" => Choice::WebGl2,
             _ => Choice::Auto,
         };
-        browser::Renderer::create(choice).await.map(Renderer).map_err(thrown)
+        let renderer = browser::Renderer::create(choice).await.map_err(thrown)?;
+        Ok(Renderer { renderer, frame: RefCell::default() })
     }
 
     /// The back end in use.
     #[wasm_bindgen(getter, unchecked_return_type = "'webgpu' | 'webgl2'")]
     pub fn backend(&self) -> String {
-        self.0.backend().into()
+        self.renderer.backend().into()
     }
 
     /// The canvas that `draw` paints: copy it with `drawImage` in the same task.
     #[wasm_bindgen(getter)]
     pub fn canvas(&self) -> web_sys::OffscreenCanvas {
-        self.0.canvas().clone()
+        self.renderer.canvas().clone()
     }
 
     /// Puts a picture on the GPU. Throws an `Error` whose name is `limit` or `gpu`.
     pub fn upload(&self, picture: &Picture) -> Result<Scene, JsValue> {
-        self.0.upload(&picture.0).map(Scene).map_err(thrown)
+        self.renderer.upload(picture.0.clone()).map(|scene| Scene(Rc::new(scene))).map_err(thrown)
     }
 
-    /// Draws the camera's viewport, and makes the canvas as large. Throws an `Error` whose name is
-    /// `gpu` where the device was lost.
-    pub fn draw(&self, scene: &Scene, camera: &Camera) -> Result<(), JsValue> {
-        self.0.draw(&scene.0, &camera.0).map_err(thrown)
+    /// Puts a scene into the next frame, over those already in it. It starts at pixel (x, y) of the
+    /// camera's picture, shows `width` × `height` of its pixels, and each of its own is 2^`stepLog2`
+    /// of them wide.
+    pub fn place(
+        &self,
+        scene: &Scene,
+        x: u32,
+        y: u32,
+        width: u32,
+        height: u32,
+        #[wasm_bindgen(js_name = stepLog2)] step_log2: u8,
+    ) {
+        // Beyond it the step has no number; no picture is so large.
+        let step_log2 = step_log2.min(31);
+        let placement = Placement { origin: [x, y], step_log2, size: [width, height] };
+        self.frame.borrow_mut().push((scene.0.clone(), placement));
+    }
+
+    /// Draws what was placed since the last frame in the camera's viewport, and makes the canvas as
+    /// large. Throws an `Error` whose name is `gpu` where the device was lost.
+    pub fn draw(&self, camera: &Camera) -> Result<(), JsValue> {
+        let frame = self.frame.take();
+        self.renderer.draw(&frame, &camera.0).map_err(thrown)
     }
 }
 
 /// A picture on the GPU, for the renderer that uploaded it.
 #[wasm_bindgen]
-pub struct Scene(browser::Scene);
+pub struct Scene(Rc<browser::Scene>);

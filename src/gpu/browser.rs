@@ -1,13 +1,14 @@
 //! Drawing in a browser, on an `OffscreenCanvas` of its own, with WebGPU or WebGL2.
 
-use super::canvas::WebGpu;
 use super::pack::Packed;
-use super::view::{Alpha, Facts, Origin, Target, ViewUniforms};
+use super::view::{Alpha, Layer, Origin, Target};
 use super::webgl::{self, WebGl};
-use super::webgpu;
+use super::webgpu::{self, WebGpu};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
+use crate::placement::Placement;
+use std::rc::Rc;
 use web_sys::OffscreenCanvas;
 
 /// Which back end to take.
@@ -34,20 +35,14 @@ enum Device {
 }
 
 /// A picture on the GPU, for the renderer that uploaded it.
-pub struct Scene(Textures);
+pub struct Scene {
+    image: Rc<Image>,
+    textures: Textures,
+}
 
 enum Textures {
     WebGpu(webgpu::Scene),
     WebGl(webgl::Scene),
-}
-
-impl Scene {
-    fn facts(&self) -> &Facts {
-        match &self.0 {
-            Textures::WebGpu(scene) => &scene.facts,
-            Textures::WebGl(scene) => &scene.facts,
-        }
-    }
 }
 
 impl Renderer {
@@ -88,12 +83,13 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Limit`] where it does not fit into textures, [`Error::Gpu`] where the device fails.
-    pub fn upload(&self, image: &Image) -> Result<Scene> {
-        let packed = Packed::new(image)?;
-        Ok(Scene(match &self.device {
+    pub fn upload(&self, image: Rc<Image>) -> Result<Scene> {
+        let packed = Packed::new(&image)?;
+        let textures = match &self.device {
             Device::WebGpu(device) => Textures::WebGpu(device.upload(&packed)?),
             Device::WebGl(device) => Textures::WebGl(device.upload(&packed)?),
-        }))
+        };
+        Ok(Scene { image, textures })
     }
 
     /// Gives a region another colour (straight RGBA): four bytes to the GPU, nothing decoded anew.
@@ -101,7 +97,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Usage`] for a scene of another back end.
     pub fn set_style(&self, scene: &Scene, region: RegionId, color: [u8; 4]) -> Result<()> {
-        match (&self.device, &scene.0) {
+        match (&self.device, &scene.textures) {
             (Device::WebGpu(device), Textures::WebGpu(scene)) => {
                 device.set_style(scene, region, color);
             }
@@ -113,13 +109,13 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws the camera's viewport, premultiplied, and makes the canvas as large, or as large as the
+    /// Draws the camera's viewport, premultiplied, each scene over those before it where it lies. Makes the canvas as large, or as large as the
     /// device can: then the viewport's top left part is drawn. A viewport without pixels is none of
     /// its business.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device was lost, [`Error::Usage`] for a scene of another back end.
-    pub fn draw(&self, scene: &Scene, camera: &Camera) -> Result<()> {
+    pub fn draw(&self, scenes: &[(Rc<Scene>, Placement)], camera: &Camera) -> Result<()> {
         let max_side = match &self.device {
             Device::WebGpu(device) => device.max_side(),
             Device::WebGl(device) => device.max_side(),
@@ -133,13 +129,25 @@ impl Renderer {
             Device::WebGl(_) => Origin::BottomLeft,
         };
         let target = Target { height: size[1], origin, alpha: Alpha::Premultiplied };
-        let uniforms = ViewUniforms::new(camera, scene.facts(), target, true);
-        match (&self.device, &scene.0) {
-            (Device::WebGpu(device), Textures::WebGpu(scene)) => {
-                device.draw(scene, &uniforms, size)
+        let layers = scenes.iter().filter_map(|(scene, placement)| {
+            let layer = Layer::new(placement, &scene.image, camera, target, size, true)?;
+            Some((&scene.textures, layer))
+        });
+        match &self.device {
+            Device::WebGpu(device) => {
+                let own = layers.map(|(scene, layer)| match scene {
+                    Textures::WebGpu(scene) => Ok((scene, layer)),
+                    Textures::WebGl(_) => Err(foreign()),
+                });
+                device.draw(&own.collect::<Result<Vec<_>>>()?, size)
             }
-            (Device::WebGl(device), Textures::WebGl(scene)) => device.draw(scene, &uniforms, size),
-            _ => Err(foreign()),
+            Device::WebGl(device) => {
+                let own = layers.map(|(scene, layer)| match scene {
+                    Textures::WebGl(scene) => Ok((scene, layer)),
+                    Textures::WebGpu(_) => Err(foreign()),
+                });
+                device.draw(&own.collect::<Result<Vec<_>>>()?, size)
+            }
         }
     }
 }

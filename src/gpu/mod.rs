@@ -1,33 +1,39 @@
 //! Drawing on the GPU.
 //!
-//! [`Packed`] puts a picture into textures and [`ViewUniforms`] says what part of them to show; both
+//! [`Packed`] puts a scene into textures and [`ViewUniforms`] says what part of it to show; both
 //! are plain data, and `shaders/*.wgsl` are their only readers. The back ends upload the one and the
 //! other and differ only in calls:
 //!
-//! * `webgpu`: wgpu. Natively into memory (`Renderer`), in a browser onto a canvas.
+//! * `native`: wgpu, into memory (`Renderer`).
+//! * `webgpu`: WebGPU in a browser, onto a canvas.
 //! * `webgl`: WebGL2 in a browser, with GLSL that `shaders/build.rs` made of the same WGSL.
 //!
 //! *Architecture invariant:* no shader is written twice, and no back end decides what is drawn.
 
+mod close;
 mod pack;
 mod view;
-mod webgpu;
 
 #[cfg(target_arch = "wasm32")]
 pub mod browser;
-#[cfg(target_arch = "wasm32")]
-mod canvas;
+#[cfg(not(target_arch = "wasm32"))]
+mod native;
 #[cfg(not(target_arch = "wasm32"))]
 mod readback;
 #[cfg(target_arch = "wasm32")]
 mod webgl;
+#[cfg(target_arch = "wasm32")]
+mod webgpu;
+#[cfg(target_arch = "wasm32")]
+mod webgpu_sys;
 
+pub use crate::placement::MAX_SAMPLES;
+#[cfg(not(target_arch = "wasm32"))]
+pub use native::Scene;
 pub use pack::{Format, MAX_ROWS, Packed, Table, WIDTH};
 #[cfg(not(target_arch = "wasm32"))]
 pub use readback::{Options, Renderer, render};
-pub use view::{Alpha, Facts, Origin, Target, ViewUniforms};
-#[cfg(not(target_arch = "wasm32"))]
-pub use webgpu::Scene;
+pub use view::{Alpha, Origin, Target, ViewUniforms};
 
 /// The pass that paints the picture, as `shaders/build.rs` prepared it.
 pub(crate) mod picture {

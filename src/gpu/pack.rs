@@ -1,22 +1,24 @@
-//! The picture as textures: the form that `shaders/common.wgsl` reads. Pure: nothing here knows a
-//! GPU.
+//! The scene as textures: the form that `shaders/common.wgsl` reads. Pure: nothing here knows a GPU.
 //!
 //! | table | texel | holds |
 //! |---|---|---|
-//! | blocks | rg32uint, the grid of blocks itself | x: bit 31 = solid, then bits 0-23 the region; otherwise bits 28-30 log₂ of the texel size, bits 0-27 the index of the first cell. y: the index of the first texel |
-//! | cells | r32uint, folded | bit 31 = solid, then bits 0-23 the region; otherwise bits 26-30 the number of candidates (2 to 16), bits 0-25 the index of the first |
-//! | texels | rgba8uint, folded | the blocks' patches end to end, each row by row, ring included |
-//! | lists | rgba32uint, folded | a candidate: x its position (r, g << 8, b << 16), y its region, z the mask of the entries in the same list that share an edge with it and have another region, w 0 or, where an edge of the list has a plane of its own, 1 + the index of the candidate's row of planes |
+//! | blocks | r32uint, the grid of blocks itself | bit 31 = solid, then bits 0-23 the region; otherwise bits 28-30 log₂ of the texel size, bits 0-27 the index of the first cell |
+//! | cells | r32uint, folded | bit 31 = solid, then bits 0-23 the region; otherwise bits 26-30 the number of candidates (2 to 16), bit 25 = by pairs, bits 0-24 the index of the first cut |
+//! | cuts | rgba32uint, folded, each entry three texels one below the other | a polynomial of the place in the cell: column a has the factors of xᵃ y⁰, xᵃ y¹, xᵃ y² as f32, and a word: see below |
 //! | styles | rgba8unorm, folded | a region's colour, straight |
-//! | planes | rgba32float, folded | rows of candidates: for each other entry j of the list, in order, p_ij as its normal and its value at the origin of value space, bisectors included |
 //!
-//! A folded table's entry `i` is at `(i % WIDTH, i / WIDTH)`. Candidates stand in the lists
-//! themselves, so that γ needs no load that depends on another. Ghosts never win and are left out;
-//! a list whose nodes all belong to one region makes its cells solid.
+//! A folded table's entry `i` is at `(i % WIDTH, i / WIDTH)`. Every cell that is not solid has cuts of
+//! its own, so that nothing else is loaded to find a region: one for each candidate but the first,
+//! positive where it is nearer than the first; its words are the candidate's region, the mask of its
+//! neighbours (and, above, of the first's), and the first's region. Where an edge of the list has a
+//! plane of its own the cuts are by pairs (i, j), i < j, in order: p_ji, with j's region, bit 0 = there
+//! is a boundary, bit 1 = nothing parts the two, and i's region. With two candidates the two forms are
+//! one. Ghosts never win and are left out; a list whose nodes all belong to one region makes its cells
+//! solid.
 
-use super::view::Facts;
+use crate::cuts::{self, Biquadratic, Candidates, Deciding};
 use crate::error::{Error, Result};
-use crate::limits::MAX_CANDIDATES;
+use crate::grid;
 use crate::model::{Block, Cells, Image, NodeId, RegionId};
 
 /// Texels in a row of a folded table. Every WebGL2 device that matters has textures this wide.
@@ -26,29 +28,30 @@ pub const WIDTH: u32 = 1 << 12;
 pub const MAX_ROWS: u32 = WIDTH;
 
 /// In a block's or a cell's word: one region, in the low 24 bits.
-const SOLID: u32 = 1 << 31;
+pub(super) const SOLID: u32 = 1 << 31;
 const TEXEL_LOG2_SHIFT: u32 = 28;
 const COUNT_SHIFT: u32 = 26;
+const BY_PAIRS: u32 = 1 << 25;
+/// A pair's flags.
+const PART: u32 = 1;
+const NOTHING: u32 = 2;
 
-/// A picture in GPU form. See the table above for the words.
+/// A cut: three columns of coefficients, each with a word.
+pub type Cut = [[u32; 4]; 3];
+
+/// A scene in GPU form. See the table above for the words.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Packed {
-    /// What the uniforms need of the picture.
-    pub facts: Facts,
     /// Blocks along each axis.
     pub block_grid: [u32; 2],
     /// One entry a block, x fastest.
-    pub blocks: Vec<[u32; 2]>,
+    pub blocks: Vec<u32>,
     /// The cells of all blocks that are not solid.
     pub cells: Vec<u32>,
-    /// Their texels.
-    pub texels: Vec<[u8; 4]>,
-    /// The candidates of all lists that decide between regions.
-    pub lists: Vec<[u32; 4]>,
+    /// The cuts of all cells that are not solid: rows of three texels' height.
+    pub cuts: Vec<[u32; 4]>,
     /// The regions' colours.
     pub styles: Vec<[u8; 4]>,
-    /// The planes of the lists that have one that is no bisector.
-    pub planes: Vec<[f32; 4]>,
 }
 
 /// What a table's texels are made of.
@@ -56,14 +59,8 @@ pub struct Packed {
 pub enum Format {
     /// One u32.
     R32Uint,
-    /// Two u32.
-    Rg32Uint,
     /// Four u32.
     Rgba32Uint,
-    /// Four f32, which cannot be filtered.
-    Rgba32Float,
-    /// Four bytes, read as integers.
-    Rgba8Uint,
     /// Four bytes, read as 0 to 1.
     Rgba8Unorm,
 }
@@ -72,9 +69,8 @@ impl Format {
     /// Bytes in a texel.
     pub const fn bytes(self) -> u32 {
         match self {
-            Format::R32Uint | Format::Rgba8Uint | Format::Rgba8Unorm => 4,
-            Format::Rg32Uint => 8,
-            Format::Rgba32Uint | Format::Rgba32Float => 16,
+            Format::R32Uint | Format::Rgba8Unorm => 4,
+            Format::Rgba32Uint => 16,
         }
     }
 }
@@ -86,23 +82,17 @@ pub struct Table<'a> {
     pub format: Format,
     /// Texels along each axis.
     pub size: [u32; 2],
-    /// All rows, little endian.
+    /// All rows, little endian; none where it is filled later.
     pub bytes: &'a [u8],
 }
 
 impl Packed {
-    /// The formats of the tables, in the order of their bindings, which start at 1.
-    pub const FORMATS: [Format; 6] = [
-        Format::Rg32Uint,
-        Format::R32Uint,
-        Format::Rgba8Uint,
-        Format::Rgba32Uint,
-        Format::Rgba8Unorm,
-        Format::Rgba32Float,
-    ];
+    /// The formats of the tables, in the order of their bindings.
+    pub const FORMATS: [Format; 4] =
+        [Format::R32Uint, Format::R32Uint, Format::Rgba32Uint, Format::Rgba8Unorm];
 
     /// The index of the styles among the tables.
-    pub const STYLES: usize = 4;
+    pub const STYLES: usize = 3;
 
     /// Packs a picture that [`Model::check`](crate::Model::check) holds for.
     ///
@@ -113,44 +103,41 @@ impl Packed {
         if block_grid.iter().any(|&n| n > MAX_ROWS) {
             return Err(too_large("blocks"));
         }
+        let deciding = Deciding::all(image)
+            .ok_or_else(|| Error::malformed("lists", "a list without a node that can win"))?;
         let mut packed = Packed {
-            facts: Facts {
-                size: image.size,
-                kernel: image.kernel,
-                gamma: image.gamma,
-                block_log2: image.block_log2,
-            },
             block_grid,
             blocks: Vec::with_capacity(image.blocks.len()),
             cells: Vec::new(),
-            texels: Vec::new(),
-            lists: Vec::new(),
+            cuts: Vec::new(),
             styles: image.regions.iter().map(|region| region.color).collect(),
-            planes: Vec::new(),
         };
-        let list_words = packed.push_lists(image)?;
+        let mut cuts = Vec::new();
         for block in &image.blocks {
-            let entry = match block {
-                Block::Solid(node) => [SOLID | region(image, *node)?, 0],
-                Block::Cells(cells) => packed.push_cells(cells, &list_words)?,
+            let word = match block {
+                Block::Solid(node) => SOLID | region(image, *node)?,
+                Block::Cells(cells) => {
+                    let first = check_index(packed.cells.len(), MAX_ROWS, "cells")?;
+                    packed.push_cells(image, cells, &deciding, &mut cuts)?;
+                    u32::from(cells.texel_log2) << TEXEL_LOG2_SHIFT | first
+                }
             };
-            packed.blocks.push(entry);
+            packed.blocks.push(word);
         }
+        packed.cuts = stand_up(&cuts);
         fold(&mut packed.cells, 0, "cells")?;
-        fold(&mut packed.texels, [0; 4], "texels")?;
-        fold(&mut packed.lists, [0; 4], "candidate lists")?;
         fold(&mut packed.styles, [0; 4], "styles")?;
-        fold(&mut packed.planes, [0.0; 4], "planes")?;
         Ok(packed)
     }
 
     /// The tables, in the order of [`FORMATS`](Self::FORMATS).
-    pub fn tables(&self) -> [Table<'_>; 6] {
+    pub fn tables(&self) -> [Table<'_>; 4] {
         let folded = |len: usize| {
             let len = len as u32;
             [len.min(WIDTH), len.div_ceil(WIDTH)]
         };
-        let [blocks, cells, texels, lists, styles, planes] = Self::FORMATS;
+        let [blocks, cells, cuts, styles] = Self::FORMATS;
+        let columns = (self.cuts.len() as u32 / 3).min(WIDTH);
         [
             Table {
                 format: blocks,
@@ -163,24 +150,14 @@ impl Packed {
                 bytes: bytemuck::cast_slice(&self.cells),
             },
             Table {
-                format: texels,
-                size: folded(self.texels.len()),
-                bytes: bytemuck::cast_slice(&self.texels),
-            },
-            Table {
-                format: lists,
-                size: folded(self.lists.len()),
-                bytes: bytemuck::cast_slice(&self.lists),
+                format: cuts,
+                size: [columns, self.cuts.len() as u32 / columns],
+                bytes: bytemuck::cast_slice(&self.cuts),
             },
             Table {
                 format: styles,
                 size: folded(self.styles.len()),
                 bytes: bytemuck::cast_slice(&self.styles),
-            },
-            Table {
-                format: planes,
-                size: folded(self.planes.len()),
-                bytes: bytemuck::cast_slice(&self.planes),
             },
         ]
     }
@@ -190,53 +167,76 @@ impl Packed {
         [region % WIDTH, region / WIDTH]
     }
 
-    /// Appends the lists and returns, for each, the word of the cells that use it.
-    fn push_lists(&mut self, image: &Image) -> Result<Vec<u32>> {
-        let mut words = Vec::with_capacity(image.lists.len());
-        let mut real: Vec<(NodeId, RegionId)> = Vec::with_capacity(MAX_CANDIDATES);
-        for list in image.lists.iter() {
-            real.clear();
-            real.extend(list.iter().filter_map(|&id| Some((id, image.nodes[id as usize].region?))));
-            let Some(&(_, first)) = real.first() else {
-                return Err(Error::malformed("lists", "a list without a node that can win"));
-            };
-            if real.iter().all(|&(_, region)| region == first) {
-                words.push(SOLID | first);
-                continue;
-            }
-            let start = check_index(self.lists.len(), "candidate lists")?;
-            words.push((real.len() as u32) << COUNT_SHIFT | start);
-            let own_planes = (real.iter().enumerate())
-                .any(|(i, a)| real[i + 1..].iter().any(|b| image.edge_plane(a.0, b.0).is_some()));
-            for &(node, region) in &real {
-                let [r, g, b] = image.nodes[node as usize].position.map(u32::from);
-                let mask = (0..).zip(&real).filter(|&(_, &(other, across))| {
-                    // Nodes in one place may have no boundary between them.
-                    across != region
-                        && image.has_edge(node, other)
-                        && image.plane(node, other).is_some()
-                });
-                let mask = mask.fold(0, |mask, (i, _)| mask | 1 << i);
-                let mut row = 0;
-                if own_planes {
-                    row = check_index(self.planes.len(), "planes")? + 1;
-                    let others = real.iter().filter(|&&(other, _)| other != node);
-                    self.planes.extend(others.map(|&(other, _)| plane(image, node, other)));
+    /// Appends the words and the cuts of a block's cells.
+    fn push_cells(
+        &mut self,
+        image: &Image,
+        cells: &Cells<3>,
+        deciding: &[Deciding],
+        cuts: &mut Vec<Cut>,
+    ) -> Result<()> {
+        for (cell, &list) in grid::places(image.cell_grid(cells.texel_log2)).zip(&cells.lists) {
+            let word = match &deciding[list as usize] {
+                Deciding::Solid(region) => SOLID | region,
+                Deciding::Between(candidates) => {
+                    // Three rows of texels for each row of cuts.
+                    let first = check_index(cuts.len(), MAX_ROWS / 3, "boundaries")?;
+                    let value = cuts::value(image, cells, cell);
+                    push_cuts(candidates, |k| candidates.cut(k, &value), first, cuts)
                 }
-                self.lists.push([r | g << 8 | b << 16, region, mask, row]);
+            };
+            self.cells.push(word);
+        }
+        Ok(())
+    }
+}
+
+/// Appends the cuts of one cell, the first of which will be number `first`, and returns its word.
+pub(super) fn push_cuts(
+    candidates: &Candidates,
+    cut: impl Fn(usize) -> Biquadratic,
+    first: u32,
+    cuts: &mut Vec<Cut>,
+) -> u32 {
+    let Candidates { regions, neighbours, by_pairs, .. } = candidates;
+    let count = regions.len();
+    let mut push = |k: usize, words: [u32; 3]| {
+        let columns = cut(k).0;
+        cuts.push(std::array::from_fn(|a| {
+            let [c0, c1, c2] = columns[a].map(|c| (c as f32).to_bits());
+            [c0, c1, c2, words[a]]
+        }));
+    };
+    if *by_pairs {
+        for i in 0..count {
+            for j in i + 1..count {
+                let part = u32::from(neighbours[i]) >> j & PART;
+                let k = candidates.pair(i, j);
+                let nothing = if candidates.is_level(k) { NOTHING } else { 0 };
+                push(k, [regions[j], part | nothing, regions[i]]);
             }
         }
-        Ok(words)
+    } else {
+        for i in 1..count {
+            let masks = u32::from(neighbours[i]) | u32::from(neighbours[0]) << 16;
+            push(i - 1, [regions[i], masks, regions[0]]);
+        }
     }
+    let by_pairs = if *by_pairs { BY_PAIRS } else { 0 };
+    (count as u32) << COUNT_SHIFT | by_pairs | first
+}
 
-    /// Appends a block's cells and texels and returns the block's words.
-    fn push_cells(&mut self, cells: &Cells<3>, list_words: &[u32]) -> Result<[u32; 2]> {
-        let first_cell = check_index(self.cells.len(), "cells")?;
-        let first_texel = check_index(self.texels.len(), "texels")?;
-        self.cells.extend(cells.lists.iter().map(|&list| list_words[list as usize]));
-        self.texels.extend(cells.texels.iter().map(|&[r, g, b]| [r, g, b, 0]));
-        Ok([u32::from(cells.texel_log2) << TEXEL_LOG2_SHIFT | first_cell, first_texel])
+/// Cuts as rows of texels: of each row of cuts the first columns, then the second, then the third.
+pub(super) fn stand_up(cuts: &[Cut]) -> Vec<[u32; 4]> {
+    // No texture is empty.
+    let columns = cuts.len().clamp(1, WIDTH as usize);
+    let mut texels = vec![[0; 4]; 3 * cuts.len().max(1).next_multiple_of(columns)];
+    for (i, cut) in cuts.iter().enumerate() {
+        for (a, &texel) in cut.iter().enumerate() {
+            texels[(i / columns * 3 + a) * columns + i % columns] = texel;
+        }
     }
+    texels
 }
 
 fn region(image: &Image, node: NodeId) -> Result<RegionId> {
@@ -244,18 +244,10 @@ fn region(image: &Image, node: NodeId) -> Result<RegionId> {
     region.ok_or_else(|| Error::malformed("blocks", "a solid block without a region"))
 }
 
-/// p_ij as the shader takes it; where there is none, far inside.
-fn plane(image: &Image, i: NodeId, j: NodeId) -> [f32; 4] {
-    image.plane(i, j).map_or([0.0, 0.0, 0.0, f32::MAX], |plane| {
-        let [r, g, b] = plane.normal.map(|n| n as f32);
-        [r, g, b, plane.offset as f32]
-    })
-}
-
-/// `index` as a word, if a folded table reaches that far.
-fn check_index(index: usize, table: &str) -> Result<u32> {
+/// `index` as a word, if a folded table of that many rows reaches that far.
+fn check_index(index: usize, rows: u32, table: &str) -> Result<u32> {
     match u32::try_from(index) {
-        Ok(index) if index < WIDTH * MAX_ROWS => Ok(index),
+        Ok(index) if index < WIDTH * rows => Ok(index),
         _ => Err(too_large(table)),
     }
 }

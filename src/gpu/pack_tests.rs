@@ -52,11 +52,21 @@ fn model(kernel: Kernel) -> Image {
     model
 }
 
+/// The value of cut `index` at a place in its cell, and its words.
+fn cut(packed: &Packed, index: usize, [x, y]: [f64; 2]) -> (f64, [u32; 3]) {
+    let columns = packed.tables()[2].size[0] as usize;
+    let at = |a: usize| packed.cuts[(index / columns * 3 + a) * columns + index % columns];
+    let column = |a: usize| {
+        let [c0, c1, c2] = [0, 1, 2].map(|b| f64::from(f32::from_bits(at(a)[b])));
+        c0 + y * (c1 + y * c2)
+    };
+    (column(0) + x * (column(1) + x * column(2)), [0, 1, 2].map(|a| at(a)[3]))
+}
+
 /// What `shaders/decode.wgsl` does to find the region, from the packed words alone.
-fn decode(packed: &Packed, pixel: [u32; 2], fraction: [f64; 2]) -> u32 {
-    let Facts { kernel, block_log2, .. } = packed.facts;
+fn decode(packed: &Packed, block_log2: u8, pixel: [u32; 2], fraction: [f64; 2]) -> u32 {
     let block = pixel.map(|p| p >> block_log2);
-    let [word, first_texel] = packed.blocks[grid::index(packed.block_grid, block)];
+    let word = packed.blocks[grid::index(packed.block_grid, block)];
     if word >> 31 == 1 {
         return word & 0xff_ffff;
     }
@@ -68,35 +78,35 @@ fn decode(packed: &Packed, pixel: [u32; 2], fraction: [f64; 2]) -> u32 {
     if word >> 31 == 1 {
         return word & 0xff_ffff;
     }
-    let (count, first) = ((word >> 26) & 31, word & 0x3ff_ffff);
     let u = [0, 1].map(|axis| {
         let size = f64::from(1 << texel_log2);
         (f64::from(within[axis] & ((1 << texel_log2) - 1)) + fraction[axis]) / size
     });
-    let stride = cells + kernel.taps() as u32 - 1;
-    let (value, _) = kernel.interpolate(u, |k| {
-        let at = first_texel + (cell[1] + k[1] as u32) * stride + cell[0] + k[0] as u32;
-        let [r, g, b, _] = packed.texels[at as usize];
-        [r, g, b]
-    });
-    let list = &packed.lists[first as usize..][..count as usize];
-    if list[0][3] != 0 {
-        let p = |i: usize, j: usize| {
-            let row = list[i][3] as usize - 1;
-            let [r, g, b, offset] = packed.planes[row + j - usize::from(j > i)].map(f64::from);
-            r * value[0] + g * value[1] + b * value[2] + offset
+    let (count, first) = ((word >> 26) as usize, (word & 0x1ff_ffff) as usize);
+    let cut = |index: usize| cut(packed, first + index, u);
+    if word >> 25 & 1 == 0 || count == 2 {
+        let cuts = (0..count - 1).map(cut);
+        let start = (0.0, cut(0).1[2]);
+        let better = |best: (f64, u32), (p, words): (f64, [u32; 3])| {
+            if p > best.0 { (p, words[0]) } else { best }
         };
-        let depth = |i: usize| {
-            (0..list.len()).filter(|&j| j != i).map(|j| p(i, j)).fold(f64::INFINITY, f64::min)
-        };
-        let deepest =
-            (0..list.len()).reduce(|best, i| if depth(i) > depth(best) { i } else { best });
-        return list[deepest.unwrap()][1];
+        return cuts.fold(start, better).1;
     }
-    let distance = |entry: &[u32; 4]| -> f64 {
-        (0..3).map(|e| (value[e] - f64::from((entry[0] >> (8 * e)) & 255)).powi(2)).sum()
-    };
-    list.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap()[1]
+    let mut depths = vec![(f64::INFINITY, 0); count];
+    let mut index = 0;
+    for i in 0..count {
+        for j in i + 1..count {
+            let (p, [other, flags, own]) = cut(index);
+            index += 1;
+            depths[i].1 = own;
+            depths[j].1 = other;
+            if flags & NOTHING == 0 {
+                depths[i].0 = depths[i].0.min(-p);
+                depths[j].0 = depths[j].0.min(p);
+            }
+        }
+    }
+    depths.into_iter().reduce(|best, next| if next.0 > best.0 { next } else { best }).unwrap().1
 }
 
 #[test]
@@ -108,7 +118,11 @@ fn the_words_decode_to_what_the_reference_says() {
             for fraction in [[0.0, 0.0], [0.31, 0.77], [0.9, 0.1]] {
                 let point = Point { whole: [x.into(), y.into()], frac: fraction };
                 let expected = raster::region_at(&model, &point);
-                assert_eq!(Some(decode(&packed, [x, y], fraction)), expected, "{kernel:?} {x} {y}");
+                assert_eq!(
+                    Some(decode(&packed, model.block_log2, [x, y], fraction)),
+                    expected,
+                    "{kernel:?} {x} {y}"
+                );
             }
         }
     }
@@ -135,7 +149,11 @@ fn planes_decode_to_what_the_reference_says() {
         for at in grid::places(model.size) {
             let point = Point { whole: at.map(i64::from), frac: [0.31, 0.77] };
             let expected = raster::region_at(&model, &point);
-            assert_eq!(Some(decode(&packed, at, [0.31, 0.77])), expected, "{kernel:?} {at:?}");
+            assert_eq!(
+                Some(decode(&packed, model.block_log2, at, [0.31, 0.77])),
+                expected,
+                "{kernel:?} {at:?}"
+            );
             changed += usize::from(raster::region_at(&bisectors, &point) != expected);
         }
     }
@@ -145,40 +163,48 @@ fn planes_decode_to_what_the_reference_says() {
 #[test]
 fn planes_are_laid_out_as_the_table_says() {
     let packed = Packed::new(&with_plane(Kernel::Linear)).unwrap();
-    // Of the lists that decide, only the last has the edge: nodes 0, 1, 3 and 4, three planes each.
-    let rows: Vec<u32> = packed.lists.iter().map(|entry| entry[3]).collect();
-    assert_eq!(rows, [0, 0, 0, 0, 0, 1, 4, 7, 10]);
-    assert_eq!(packed.planes.len(), 12);
-    // p_04: through the middle of (10, 20, 30) and (10, 200, 250), moved by 50 values.
-    let offset = 0.6 * 110.0 + 0.8 * 140.0 - 50.0;
-    let close = |a: [f32; 4], b: [f32; 4]| (0..4).all(|i| (a[i] - b[i]).abs() < 1e-4);
-    assert!(close(packed.planes[2], [0.0, -0.6, -0.8, offset]), "{:?}", packed.planes[2]);
-    assert!(close(packed.planes[9], [0.0, 0.6, 0.8, -offset]), "{:?}", packed.planes[9]);
-    // p_01, a bisector; p_13, between nodes in one place.
-    assert!(close(packed.planes[0], [-1.0, 0.0, 0.0, 105.0]), "{:?}", packed.planes[0]);
-    assert_eq!(packed.planes[4], [0.0, 0.0, 0.0, f32::MAX]);
+    // Of the lists that decide, only the last has the edge: nodes 0, 1, 3 and 4, six pairs.
+    let by_pairs = packed.cells.iter().find(|&&word| word >> 25 == 4 << 1 | 1).unwrap();
+    let words = |pair: usize| cut(&packed, (by_pairs & 0x1ff_ffff) as usize + pair, [0.0; 2]).1;
+    // Nodes 1 and 3 are of one region and in one place; nodes 0 and 3 share no edge.
+    let pairs: Vec<[u32; 3]> = (0..6).map(words).collect();
+    assert_eq!(pairs, [[1, 1, 0], [1, 0, 0], [2, 1, 0], [1, 2, 1], [2, 1, 1], [2, 1, 1]]);
 }
 
 #[test]
 fn words_are_laid_out_as_the_table_says() {
     let packed = Packed::new(&model(Kernel::Linear)).unwrap();
     assert_eq!(packed.block_grid, [3, 1]);
-    // Region 2 throughout; texels of 2^1 at the start; texels of 2^2 after 16 cells, 25 texels.
-    assert_eq!(packed.blocks, [[1 << 31 | 2, 0], [1 << 28, 0], [2 << 28 | 16, 25]]);
+    // Region 2 throughout; texels of 2^1 at the start; texels of 2^2 after 16 cells.
+    assert_eq!(packed.blocks, [1 << 31 | 2, 1 << 28, 2 << 28 | 16]);
     // Lists 0 (one node), 4 (one region) and 5 (one that is not a ghost) make solid cells.
     let solid = |region: u32| 1u32 << 31 | region;
     let listed = |count: u32, first: u32| count << 26 | first;
     assert_eq!(
-        packed.cells[..7],
-        [solid(0), solid(1), listed(2, 0), listed(3, 2), solid(1), solid(0), listed(4, 5)]
+        packed.cells[..9],
+        [
+            solid(0),
+            solid(1),
+            listed(2, 0),
+            listed(3, 1),
+            solid(1),
+            solid(0),
+            listed(4, 3),
+            solid(0),
+            solid(1)
+        ]
     );
-    assert_eq!((packed.cells.len(), packed.texels.len(), packed.lists.len()), (20, 34, 9));
+    assert_eq!(packed.cells.len(), 20);
     // Nodes 0, 1, 3, 4: nodes 1 and 3 share an edge and a region, nodes 0 and 3 share no edge.
+    let words = |cut: usize| self::cut(&packed, 3 + cut, [0.0; 2]).1;
     assert_eq!(
-        packed.lists[5..].iter().map(|entry| entry[2]).collect::<Vec<_>>(),
-        [0b1010, 0b1001, 0b1000, 0b0111]
+        [0, 1, 2].map(words),
+        [
+            [1, 0b1001 | 0b1010 << 16, 0],
+            [1, 0b1000 | 0b1010 << 16, 0],
+            [2, 0b0111 | 0b1010 << 16, 0]
+        ]
     );
-    assert_eq!(packed.lists[5], [10 | 20 << 8 | 30 << 16, 0, 0b1010, 0]);
     assert_eq!(packed.styles, [[1, 2, 3, 255], [40, 50, 60, 128], [7, 8, 9, 0]]);
 }
 
@@ -213,6 +239,6 @@ fn what_does_not_fit_is_named() {
     model.blocks = vec![Block::Solid(0); MAX_ROWS as usize + 1];
     let error = Packed::new(&model).unwrap_err();
     assert!(matches!(&error, Error::Limit(what) if what.contains("blocks")), "{error}");
-    let error = fold(&mut vec![0u8; (WIDTH * MAX_ROWS) as usize + 1], 0, "texels").unwrap_err();
-    assert!(matches!(&error, Error::Limit(what) if what.contains("texels")), "{error}");
+    let error = fold(&mut vec![0u8; (WIDTH * MAX_ROWS) as usize + 1], 0, "cells").unwrap_err();
+    assert!(matches!(&error, Error::Limit(what) if what.contains("cells")), "{error}");
 }

@@ -1,12 +1,13 @@
 //! Drawing into memory, natively: no window, no surface.
 
 use super::failed;
-use super::pack::Packed;
-use super::view::{Alpha, Origin, Target, ViewUniforms};
-use super::webgpu::{Gpu, MAX_SIDE, Scene};
+use super::native::{Gpu, MAX_SIDE, Scene};
+use super::view::{Alpha, Layer, Origin, Target};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
+use crate::placement::Placement;
+use std::sync::Arc;
 
 /// Which GPU to take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -19,6 +20,7 @@ pub struct Options {
 pub struct Renderer {
     gpu: Gpu,
     name: String,
+    software: bool,
 }
 
 /// wgpu's rule for rows in a buffer that a texture is copied to.
@@ -48,9 +50,10 @@ impl Renderer {
             })
             .await
             .map_err(|e| failed("no GPU was found (install a driver, or Mesa's lavapipe)", e))?;
-        let name = adapter.get_info().name;
+        let info = adapter.get_info();
         let max_side = adapter.limits().max_texture_dimension_2d.min(MAX_SIDE);
-        Ok(Renderer { gpu: Gpu::new(&adapter, FORMAT, max_side).await?, name })
+        let gpu = Gpu::new(&adapter, FORMAT, max_side).await?;
+        Ok(Renderer { gpu, name: info.name, software: info.device_type == wgpu::DeviceType::Cpu })
     }
 
     /// The GPU's name, for messages.
@@ -58,12 +61,17 @@ impl Renderer {
         &self.name
     }
 
+    /// Whether it is a program that stands in for one.
+    pub fn is_software(&self) -> bool {
+        self.software
+    }
+
     /// Puts a picture on the GPU.
     ///
     /// # Errors
     /// [`Error::Limit`] where it does not fit into textures, [`Error::Gpu`] where the device fails.
     pub fn upload(&self, image: &Image) -> Result<Scene> {
-        self.gpu.upload(&Packed::new(image)?)
+        self.gpu.upload(Arc::new(image.clone()))
     }
 
     /// Gives a region another colour (straight RGBA): four bytes to the GPU, nothing decoded anew.
@@ -71,12 +79,18 @@ impl Renderer {
         self.gpu.set_style(scene, region, color);
     }
 
-    /// Draws the camera's viewport: straight RGBA, rows from the top.
+    /// Draws the camera's viewport: straight RGBA, rows from the top. Each scene covers those before
+    /// it where it lies.
     ///
     /// # Errors
     /// [`Error::Usage`] where the viewport has no pixels, [`Error::Limit`] where it is wider or higher
     /// than the GPU's textures, [`Error::Gpu`] where the device fails.
-    pub fn render(&self, scene: &Scene, camera: &Camera, antialias: bool) -> Result<Vec<[u8; 4]>> {
+    pub fn render(
+        &self,
+        scenes: &[(&Scene, Placement)],
+        camera: &Camera,
+        antialias: bool,
+    ) -> Result<Vec<[u8; 4]>> {
         let [width, height] = camera.viewport();
         if width == 0 || height == 0 {
             return Err(Error::Usage("the viewport has no pixels".into()));
@@ -89,16 +103,7 @@ impl Renderer {
             )));
         }
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        let target = self.gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let target = self.target(size);
         let row_bytes = (width * 4).next_multiple_of(ROW_ALIGNMENT);
         let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
@@ -106,12 +111,9 @@ impl Renderer {
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
-        let to = Target { height, origin: Origin::TopLeft, alpha: Alpha::Straight };
-        let uniforms = ViewUniforms::new(camera, &scene.facts, to, antialias);
-
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let view = target.create_view(&Default::default());
-        self.gpu.draw(scene, &uniforms, &view, &mut encoder)?;
+        self.gpu.draw(&layers(scenes, camera, antialias), &view, &mut encoder)?;
         encoder.copy_texture_to_buffer(
             target.as_image_copy(),
             wgpu::TexelCopyBufferInfo {
@@ -128,19 +130,72 @@ impl Renderer {
         self.read(&buffer, width, row_bytes)
     }
 
+    /// The seconds that a frame takes on the GPU, as the mean of so many in one go: for benches.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn seconds_per_frame(
+        &self,
+        scenes: &[(&Scene, Placement)],
+        camera: &Camera,
+        frames: u32,
+    ) -> Result<f64> {
+        let [width, height] = camera.viewport();
+        let target = self.target(wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
+        let view = target.create_view(&Default::default());
+        let layers = layers(scenes, camera, true);
+        let start = std::time::Instant::now();
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        for _ in 0..frames {
+            self.gpu.draw(&layers, &view, &mut encoder)?;
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        self.wait()?;
+        Ok(start.elapsed().as_secs_f64() / f64::from(frames))
+    }
+
+    fn target(&self, size: wgpu::Extent3d) -> wgpu::Texture {
+        self.gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        })
+    }
+
+    fn wait(&self) -> Result<()> {
+        let polled = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        polled.map_err(|e| failed("the GPU did not finish", e))?;
+        self.gpu.check()
+    }
+
     fn read(&self, buffer: &wgpu::Buffer, width: u32, row_bytes: u32) -> Result<Vec<[u8; 4]>> {
         // A failure is also told by `poll` or by `get_mapped_range`.
         buffer.map_async(wgpu::MapMode::Read, .., |_| {});
-        self.gpu
-            .device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|e| failed("the GPU did not finish", e))?;
-        self.gpu.check()?;
+        self.wait()?;
         let bytes = buffer.get_mapped_range(..).map_err(|e| failed("the GPU gave no pixels", e))?;
         let rows = bytes.chunks_exact(row_bytes as usize);
         let pixels = rows.flat_map(|row| row[..width as usize * 4].as_chunks::<4>().0);
         Ok(pixels.copied().collect())
     }
+}
+
+/// What scenes add to a frame of the whole viewport.
+fn layers<'a>(
+    scenes: &[(&'a Scene, Placement)],
+    camera: &Camera,
+    antialias: bool,
+) -> Vec<(&'a Scene, Layer)> {
+    let size = camera.viewport();
+    let to = Target { height: size[1], origin: Origin::TopLeft, alpha: Alpha::Straight };
+    let layer = |&(scene, placement): &(&'a Scene, Placement)| {
+        Some((scene, Layer::new(&placement, &scene.image, camera, to, size, antialias)?))
+    };
+    scenes.iter().filter_map(layer).collect()
 }
 
 /// Draws one view of one picture on whatever GPU there is: straight RGBA, rows from the top, as many
@@ -151,5 +206,5 @@ impl Renderer {
 pub fn render(image: &Image, camera: &Camera, antialias: bool) -> Result<Vec<[u8; 4]>> {
     let renderer = Renderer::new(Options::default())?;
     let scene = renderer.upload(image)?;
-    renderer.render(&scene, camera, antialias)
+    renderer.render(&[(&scene, Placement::whole(image.size))], camera, antialias)
 }

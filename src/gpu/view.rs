@@ -1,9 +1,10 @@
 //! What the shader must know of the view. The twin of `View` in `shaders/common.wgsl`;
 //! `tests/suite/shaders.rs` compares the two field by field.
 
+use super::close::Close;
 use crate::camera::Camera;
-use crate::gamma::Gamma;
-use crate::kernel::Kernel;
+use crate::model::Image;
+use crate::placement::{Placement, SceneView};
 
 /// Where a back end's fragment positions have their origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,63 +35,87 @@ pub struct Target {
     pub alpha: Alpha,
 }
 
-/// What the shader must know of the picture besides its tables.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Facts {
-    /// Source pixels along each axis.
-    pub size: [u32; 2],
-    /// Interpolation of texels.
-    pub kernel: Kernel,
-    /// The decoding function.
-    pub gamma: Gamma,
-    /// log₂ of the width of a block in source pixels.
-    pub block_log2: u8,
+/// A scene's part of a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Layer {
+    pub uniforms: ViewUniforms,
+    /// From close by: what takes the place of the scene's own tables.
+    pub close: Option<Close>,
+    /// The pixels that it paints: from, to (not included), from the viewport's top left.
+    pub own: [[u32; 2]; 2],
 }
 
-/// The uniform block. Places are relative to a source pixel near the middle of the view, so that
-/// f32 suffices up to [`MAX_SCALE`](crate::MAX_SCALE).
+impl Layer {
+    /// What a scene adds to a frame of `size` pixels; `None` where it adds nothing. A frame smaller
+    /// than the viewport shows its top left part.
+    pub fn new(
+        placement: &Placement,
+        image: &Image,
+        camera: &Camera,
+        target: Target,
+        size: [u32; 2],
+        antialias: bool,
+    ) -> Option<Self> {
+        let view = placement.seen(camera, antialias)?;
+        let [from, to] = view.own;
+        let to = [to[0].min(size[0]), to[1].min(size[1])];
+        if from[0] >= to[0] || from[1] >= to[1] {
+            return None;
+        }
+        let mut uniforms = ViewUniforms::new(&view, image.block_log2, target, antialias);
+        let close = Close::new(image, &view);
+        if let Some(close) = &close {
+            uniforms.split = close.split;
+            uniforms.flags |= ViewUniforms::CLOSE;
+        }
+        Some(Layer { uniforms, close, own: [from, to] })
+    }
+}
+
+/// The uniform block. Places are relative to a pixel of the scene near the middle of the view, so that
+/// f32 suffices; from closer by, where it does not, [`Close`] has the cuts by screen pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewUniforms {
-    /// The source pixel that holds the middle of the view.
+    /// Where the picture ends, in pixels of the viewport: left, top, right, lower.
+    pub edges: [f32; 4],
+    /// The scene's pixel that holds the middle of the view.
     pub anchor: [i32; 2],
     /// The middle's place in it, each in `[0, 1]`.
     pub offset: [f32; 2],
-    /// The viewport in screen pixels.
-    pub screen: [f32; 2],
-    /// The picture in source pixels.
-    pub picture: [i32; 2],
+    /// The last pixel of the scene that is shown.
+    pub last: [i32; 2],
+    /// The middle of the viewport in screen pixels.
+    pub middle: [f32; 2],
     /// (scale, shift) that take the fragment's y to the viewport's, which runs from the top.
     pub y_axis: [f32; 2],
-    /// Source pixels per screen pixel.
+    /// From close by: where the cells in sight meet, in pixels of the viewport.
+    pub split: [f32; 2],
+    /// Pixels of the scene per screen pixel.
     pub pixel: f32,
-    /// Source pixels per sub-sample.
+    /// Pixels of the scene per sub-sample.
     pub sub_pixel: f32,
     /// Sub-samples along an axis of a screen pixel.
     pub samples: u32,
-    /// Texels that reach into a cell along an axis.
-    pub taps: u32,
-    /// log₂ of the width of a block in source pixels.
+    /// log₂ of the width of a block in pixels of the scene.
     pub block_log2: u32,
-    /// [`ANTIALIAS`](Self::ANTIALIAS), [`STRAIGHT`](Self::STRAIGHT) and [`PLANES`](Self::PLANES).
+    /// [`ANTIALIAS`](Self::ANTIALIAS) and [`STRAIGHT`](Self::STRAIGHT).
     pub flags: u32,
 }
 
 impl ViewUniforms {
     /// Bytes of the uniform block.
-    pub const SIZE: usize = 64;
+    pub const SIZE: usize = 96;
     /// In `flags`: blend across boundaries.
     pub const ANTIALIAS: u32 = 1;
     /// In `flags`: give straight colours.
     pub const STRAIGHT: u32 = 2;
-    /// In `flags`: γ is planes.
-    pub const PLANES: u32 = 4;
+    /// In `flags`: the tables are those of [`Close`].
+    pub const CLOSE: u32 = 4;
 
-    /// The view of `camera` on a picture, drawn into `target`.
-    pub fn new(camera: &Camera, facts: &Facts, target: Target, antialias: bool) -> Self {
-        let center = camera.center();
-        let viewport = camera.viewport();
-        let samples = if antialias { camera.samples() } else { 1 };
-        let pixel = 1.0 / camera.scale();
+    /// A view of a scene, drawn into `target`.
+    pub(crate) fn new(view: &SceneView, block_log2: u8, target: Target, antialias: bool) -> Self {
+        let samples = if antialias { view.samples() } else { 1 };
+        let pixel = 1.0 / view.scale;
         let mut flags = 0;
         if antialias {
             flags |= Self::ANTIALIAS;
@@ -98,50 +123,46 @@ impl ViewUniforms {
         if target.alpha == Alpha::Straight {
             flags |= Self::STRAIGHT;
         }
-        if facts.gamma == Gamma::Planes {
-            flags |= Self::PLANES;
-        }
         ViewUniforms {
+            edges: view.edges.map(|edge| edge as f32),
             // `Camera` keeps the middle within the picture, whose sides are far below 2³¹ (`Packed`).
-            anchor: center.whole.map(|whole| whole as i32),
-            offset: center.frac.map(|frac| frac as f32),
-            screen: viewport.map(|n| n as f32),
-            picture: facts.size.map(|n| n as i32),
+            anchor: view.center.whole.map(|whole| whole as i32),
+            offset: view.center.frac.map(|frac| frac as f32),
+            last: view.last.map(|n| n as i32),
+            middle: view.viewport.map(|n| 0.5 * n as f32),
             y_axis: match target.origin {
                 Origin::TopLeft => [1.0, 0.0],
                 Origin::BottomLeft => [-1.0, target.height as f32],
             },
+            split: [0.0; 2],
             pixel: pixel as f32,
             sub_pixel: (pixel / f64::from(samples)) as f32,
             samples,
-            taps: facts.kernel.taps() as u32,
-            block_log2: facts.block_log2.into(),
+            block_log2: block_log2.into(),
             flags,
         }
     }
 
     /// The uniform block's bytes (std140, little endian).
     pub fn to_bytes(&self) -> [u8; Self::SIZE] {
+        let floats = |[x, y]: [f32; 2]| [x.to_bits(), y.to_bits()];
+        let ints = |[x, y]: [i32; 2]| [x as u32, y as u32];
         let words = [
-            self.anchor[0] as u32,
-            self.anchor[1] as u32,
-            self.offset[0].to_bits(),
-            self.offset[1].to_bits(),
-            self.screen[0].to_bits(),
-            self.screen[1].to_bits(),
-            self.picture[0] as u32,
-            self.picture[1] as u32,
-            self.y_axis[0].to_bits(),
-            self.y_axis[1].to_bits(),
-            self.pixel.to_bits(),
-            self.sub_pixel.to_bits(),
-            self.samples,
-            self.taps,
-            self.block_log2,
-            self.flags,
+            floats([self.edges[0], self.edges[1]]),
+            floats([self.edges[2], self.edges[3]]),
+            ints(self.anchor),
+            floats(self.offset),
+            ints(self.last),
+            floats(self.middle),
+            floats(self.y_axis),
+            floats(self.split),
+            floats([self.pixel, self.sub_pixel]),
+            [self.samples, self.block_log2],
+            [self.flags, 0],
+            [0; 2],
         ];
         let mut bytes = [0; Self::SIZE];
-        for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
+        for (place, word) in bytes.chunks_exact_mut(4).zip(words.as_flattened()) {
             place.copy_from_slice(&word.to_le_bytes());
         }
         bytes
@@ -153,19 +174,19 @@ mod tests {
     use super::*;
     use crate::grid::Point;
 
-    const FACTS: Facts = Facts {
-        size: [4000, 3000],
-        kernel: Kernel::Quadratic,
-        gamma: Gamma::Voronoi,
-        block_log2: 6,
-    };
+    const SIZE: [u32; 2] = [4000, 3000];
+
+    fn uniforms(camera: &Camera, target: Target, antialias: bool) -> ViewUniforms {
+        let view = Placement::whole(SIZE).seen(camera, antialias).unwrap();
+        ViewUniforms::new(&view, 6, target, antialias)
+    }
 
     #[test]
     fn the_middle_is_split_where_f32_would_lose_it() {
-        let mut camera = Camera::new(FACTS.size, [800, 600]);
+        let mut camera = Camera::new(SIZE, [800, 600]);
         camera.look_at(Point { whole: [3999, 17], frac: [0.25, 1e-7] }, 1e5);
         let target = Target { height: 600, origin: Origin::TopLeft, alpha: Alpha::Straight };
-        let view = ViewUniforms::new(&camera, &FACTS, target, true);
+        let view = uniforms(&camera, target, true);
         assert_eq!(view.anchor, [3999, 17]);
         assert_eq!(view.offset, [0.25, 1e-7]);
         assert_eq!(view.pixel, 1e-5);
@@ -175,20 +196,20 @@ mod tests {
     #[test]
     fn a_bottom_left_origin_is_turned_over_about_the_target() {
         // The canvas is lower than the viewport: row 0 of the viewport is the canvas's top row.
-        let camera = Camera::new(FACTS.size, [800, 600]);
+        let camera = Camera::new(SIZE, [800, 600]);
         let target =
             Target { height: 500, origin: Origin::BottomLeft, alpha: Alpha::Premultiplied };
-        let [scale, shift] = ViewUniforms::new(&camera, &FACTS, target, false).y_axis;
+        let [scale, shift] = uniforms(&camera, target, false).y_axis;
         assert_eq!(499.5 * scale + shift, 0.5);
     }
 
     #[test]
     fn without_antialiasing_the_pixel_is_one_sample() {
-        let mut camera = Camera::new(FACTS.size, [800, 600]);
+        let mut camera = Camera::new(SIZE, [800, 600]);
         camera.look_at(camera.center(), 0.25);
         let target = Target { height: 600, origin: Origin::TopLeft, alpha: Alpha::Straight };
         let samples = |antialias| {
-            let view = ViewUniforms::new(&camera, &FACTS, target, antialias);
+            let view = uniforms(&camera, target, antialias);
             (view.samples, view.sub_pixel)
         };
         assert_eq!(samples(true), (4, 1.0));

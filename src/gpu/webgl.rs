@@ -1,29 +1,28 @@
 //! The WebGL2 back end on an `OffscreenCanvas`: the same tables, the same uniforms, and GLSL made of
 //! the same WGSL.
 
+use super::close::Close;
 use super::pack::{Format, Packed, Table};
 use super::picture;
-use super::view::{Facts, ViewUniforms};
+use super::view::Layer;
 use crate::error::{Error, Result};
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{
-    OffscreenCanvas, WebGl2RenderingContext as Gl, WebGlBuffer, WebGlContextAttributes,
-    WebGlProgram, WebGlTexture, WebglLoseContext,
+    OffscreenCanvas, WebGl2RenderingContext as Gl, WebGlContextAttributes, WebGlProgram,
+    WebGlTexture, WebglLoseContext,
 };
 
-/// A WebGL2 context and the picture's program.
+/// A WebGL2 context with the program that paints scenes and a buffer for uniforms in use.
 pub(super) struct WebGl {
     gl: Gl,
     canvas: OffscreenCanvas,
-    program: WebGlProgram,
-    uniforms: WebGlBuffer,
     max_side: u32,
 }
 
 /// A picture's textures in the context that made them.
 pub(super) struct Scene {
-    pub facts: Facts,
     gl: Gl,
+    /// After the scene's own tables the two that take the place of some from close by.
     tables: Vec<WebGlTexture>,
     regions: [u32; 2],
 }
@@ -59,7 +58,7 @@ impl WebGl {
         // Asked now: a lost context says nothing.
         let max_side = gl.get_parameter(Gl::MAX_TEXTURE_SIZE).ok().and_then(|side| side.as_f64());
         let max_side = max_side.unwrap_or(0.0) as u32;
-        Ok(WebGl { gl, canvas: canvas.clone(), program, uniforms, max_side })
+        Ok(WebGl { gl, canvas: canvas.clone(), max_side })
     }
 
     pub fn max_side(&self) -> u32 {
@@ -69,13 +68,9 @@ impl WebGl {
     pub fn upload(&self, packed: &Packed) -> Result<Scene> {
         let tables = packed.tables();
         // Constructed first, so that what was created is freed where a later table fails.
-        let mut scene = Scene {
-            facts: packed.facts,
-            gl: self.gl.clone(),
-            tables: Vec::with_capacity(tables.len()),
-            regions: tables[Packed::STYLES].size,
-        };
-        for table in &tables {
+        let mut scene =
+            Scene { gl: self.gl.clone(), tables: Vec::new(), regions: tables[Packed::STYLES].size };
+        for table in tables.iter().chain(&Close::room()) {
             let texture = self.gl.create_texture().ok_or_else(|| lost(&self.gl))?;
             self.gl.bind_texture(Gl::TEXTURE_2D, Some(&texture));
             scene.tables.push(texture);
@@ -99,8 +94,8 @@ impl WebGl {
         }
     }
 
-    /// Draws on the canvas, `size` large.
-    pub fn draw(&self, scene: &Scene, uniforms: &ViewUniforms, size: [u32; 2]) -> Result<()> {
+    /// Draws scenes on the canvas, `size` large, one over the other.
+    pub fn draw(&self, layers: &[(&Scene, Layer)], size: [u32; 2]) -> Result<()> {
         let gl = &self.gl;
         if gl.is_context_lost() {
             return Err(lost(gl));
@@ -111,14 +106,27 @@ impl WebGl {
             self.canvas.set_height(height);
         }
         gl.viewport(0, 0, width as i32, height as i32);
-        gl.use_program(Some(&self.program));
-        for (unit, table) in (Gl::TEXTURE0..).zip(&scene.tables) {
-            gl.active_texture(unit);
-            gl.bind_texture(Gl::TEXTURE_2D, Some(table));
+        gl.disable(Gl::SCISSOR_TEST);
+        gl.clear(Gl::COLOR_BUFFER_BIT);
+        gl.enable(Gl::SCISSOR_TEST);
+        for (scene, layer) in layers {
+            let [from, to] = layer.own.map(|at| at.map(|n| n as i32));
+            // Rows are counted from below.
+            gl.scissor(from[0], height as i32 - to[1], to[0] - from[0], to[1] - from[1]);
+            for (unit, place) in (Gl::TEXTURE0..).zip(0..Packed::FORMATS.len()) {
+                let place = if layer.close.is_some() { Close::PLACES[place] } else { place };
+                gl.active_texture(unit);
+                gl.bind_texture(Gl::TEXTURE_2D, Some(&scene.tables[place]));
+            }
+            let words = layer.close.iter().flat_map(Close::words);
+            for ((unit, table), bytes) in (Gl::TEXTURE1..).zip(Close::room()).zip(words) {
+                gl.active_texture(unit);
+                self.write(table.format, [0, 0], table.size, &bytes)?;
+            }
+            let bytes = layer.uniforms.to_bytes();
+            gl.buffer_data_with_u8_array(Gl::UNIFORM_BUFFER, &bytes, Gl::STREAM_DRAW);
+            gl.draw_arrays(Gl::TRIANGLES, 0, 3);
         }
-        gl.bind_buffer(Gl::UNIFORM_BUFFER, Some(&self.uniforms));
-        gl.buffer_data_with_u8_array(Gl::UNIFORM_BUFFER, &uniforms.to_bytes(), Gl::STREAM_DRAW);
-        gl.draw_arrays(Gl::TRIANGLES, 0, 3);
         Ok(())
     }
 
@@ -132,7 +140,10 @@ impl WebGl {
         let [width, height] = table.size.map(|n| n as i32);
         let (internal, ..) = layout(table.format);
         gl.tex_storage_2d(Gl::TEXTURE_2D, 1, internal, width, height);
-        self.write(table.format, [0, 0], table.size, table.bytes)
+        match table.bytes {
+            [] => Ok(()),
+            bytes => self.write(table.format, [0, 0], table.size, bytes),
+        }
     }
 
     /// Writes a rectangle of the bound texture.
@@ -142,7 +153,6 @@ impl WebGl {
         // WebGL checks that the array's type is the texture's.
         let source = match ty {
             Gl::UNSIGNED_INT => js_sys::Uint32Array::new(&copy.buffer()).into(),
-            Gl::FLOAT => js_sys::Float32Array::new(&copy.buffer()).into(),
             _ => js_sys::Object::from(copy),
         };
         let ([x, y], [width, height]) = (at.map(|n| n as i32), size.map(|n| n as i32));
@@ -176,10 +186,7 @@ impl Drop for WebGl {
 fn layout(format: Format) -> (u32, u32, u32) {
     match format {
         Format::R32Uint => (Gl::R32UI, Gl::RED_INTEGER, Gl::UNSIGNED_INT),
-        Format::Rg32Uint => (Gl::RG32UI, Gl::RG_INTEGER, Gl::UNSIGNED_INT),
         Format::Rgba32Uint => (Gl::RGBA32UI, Gl::RGBA_INTEGER, Gl::UNSIGNED_INT),
-        Format::Rgba32Float => (Gl::RGBA32F, Gl::RGBA, Gl::FLOAT),
-        Format::Rgba8Uint => (Gl::RGBA8UI, Gl::RGBA_INTEGER, Gl::UNSIGNED_BYTE),
         Format::Rgba8Unorm => (Gl::RGBA8, Gl::RGBA, Gl::UNSIGNED_BYTE),
     }
 }

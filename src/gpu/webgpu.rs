@@ -1,294 +1,336 @@
-//! The wgpu back end: device, pipeline and scenes, for memory (`readback`) and canvas (`canvas`).
+//! The WebGPU back end on an `OffscreenCanvas`: the browser's own calls and nothing between. wgpu,
+//! which draws natively, would be half of the viewer's download.
 
+use super::close::Close;
 use super::pack::{Format, Packed, Table};
-use super::view::{Facts, ViewUniforms};
+use super::view::{Layer, ViewUniforms};
+use super::webgpu_sys::{Adapter, Context, Device, GPU, Gpu, Queue, Texture, object};
 use super::{failed, picture};
 use crate::error::{Error, Result};
-use crate::model::RegionId;
-use std::sync::{Arc, Mutex, PoisonError};
+use js_sys::{Array, Object, Promise, Reflect};
+use std::cell::RefCell;
+use std::rc::Rc;
+use wasm_bindgen::prelude::Closure;
+use wasm_bindgen::{JsCast, JsValue};
+use wasm_bindgen_futures::JsFuture;
+use web_sys::OffscreenCanvas;
 
-/// The largest texture side that is asked for, and so the largest target. Every WebGPU device has it.
-pub(super) const MAX_SIDE: u32 = 8192;
+/// The largest canvas side; every WebGPU device has textures as large.
+const MAX_SIDE: u32 = 8192;
 
-/// A device with the picture's pipeline. It draws any number of scenes.
-pub(super) struct Gpu {
-    pub device: wgpu::Device,
-    pub queue: wgpu::Queue,
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::RenderPipeline,
-    uniforms: wgpu::Buffer,
-    max_side: u32,
+/// `GPUTextureUsage.COPY_DST | GPUTextureUsage.TEXTURE_BINDING`.
+const TABLE_USAGE: u32 = 0x02 | 0x04;
+/// `GPUBufferUsage.COPY_DST | GPUBufferUsage.UNIFORM`.
+const UNIFORM_USAGE: u32 = 0x08 | 0x40;
+
+/// `GPUShaderStage.FRAGMENT`.
+const FRAGMENT: u32 = 0x2;
+/// From one layer's uniforms to the next: what every device allows.
+const UNIFORM_STEP: u32 = 256;
+
+/// A WebGPU device, the pipeline that paints scenes, and the canvas it draws on.
+pub(super) struct WebGpu {
+    device: Device,
+    queue: Queue,
+    canvas: OffscreenCanvas,
+    context: Context,
+    layouts: [JsValue; 2],
+    pipeline: JsValue,
+    uniforms: RefCell<Uniforms>,
     failure: Failure,
+    /// Called by the device as long as there is one.
+    _on_error: Closure<dyn FnMut(JsValue)>,
+}
+
+/// A buffer for the uniforms of some layers, and its bind group.
+struct Uniforms {
+    layers: usize,
+    buffer: JsValue,
+    bindings: JsValue,
 }
 
 /// A picture's textures on the device that made them.
-pub struct Scene {
-    pub(super) facts: Facts,
-    tables: Vec<wgpu::Texture>,
-    bindings: wgpu::BindGroup,
+pub(super) struct Scene {
+    /// After the scene's own tables the two that take the place of some from close by.
+    tables: Vec<Texture>,
+    regions: [u32; 2],
+    /// As a rule, and from close by.
+    bindings: [JsValue; 2],
 }
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        // In a browser, dropping a handle leaves the memory to the garbage collector.
+        // Else the memory waits for the garbage collector.
         for table in &self.tables {
-            table.destroy();
+            table.destroy_texture();
         }
     }
 }
 
-/// The first thing that went wrong on the device. wgpu reports it in a callback, in a browser after
-/// the call has long returned.
+/// The first thing that went wrong on the device. The browser tells it after the call has long
+/// returned.
 #[derive(Clone, Default)]
-struct Failure(Arc<Mutex<Option<String>>>);
+struct Failure(Rc<RefCell<Option<String>>>);
 
 impl Failure {
     fn set(&self, what: String) {
-        let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        first.get_or_insert(what);
+        self.0.borrow_mut().get_or_insert(what);
     }
 
     fn check(&self) -> Result<()> {
-        match &*self.0.lock().unwrap_or_else(PoisonError::into_inner) {
-            Some(what) => Err(Error::Gpu(what.clone())),
-            None => Ok(()),
-        }
+        self.0.borrow().as_ref().map_or(Ok(()), |what| Err(Error::Gpu(what.clone())))
     }
 }
 
-impl Gpu {
-    /// Takes a device of `adapter` and builds the pipeline for targets of `format`, which are at
-    /// most `max_side` wide and high.
-    pub async fn new(
-        adapter: &wgpu::Adapter,
-        format: wgpu::TextureFormat,
-        max_side: u32,
-    ) -> Result<Self> {
-        let (device, queue) = adapter
-            .request_device(&wgpu::DeviceDescriptor {
-                required_limits: wgpu::Limits {
-                    max_texture_dimension_2d: max_side,
-                    ..wgpu::Limits::downlevel_webgl2_defaults()
-                },
-                ..Default::default()
-            })
-            .await
-            .map_err(|e| failed("the GPU gave no device", e))?;
+impl WebGpu {
+    /// Takes the browser's GPU; the canvas is asked for a context only once there is a device, since
+    /// after that it can have no other.
+    pub async fn new(canvas: &OffscreenCanvas) -> Result<Self> {
+        let gpu: Gpu = match GPU.with(JsValue::clone) {
+            gpu if gpu.is_object() => gpu.unchecked_into(),
+            _ => return Err(Error::Gpu("this browser has no WebGPU".into())),
+        };
+        let adapter = match JsFuture::from(gpu.request_adapter()).await {
+            Ok(adapter) if adapter.is_object() => adapter.unchecked_into::<Adapter>(),
+            _ => return Err(Error::Gpu("this browser has WebGPU but no GPU for it".into())),
+        };
+        let device: Device = wait(adapter.request_device(), "the GPU gave no device").await?;
         let failure = Failure::default();
-        let uncaptured = failure.clone();
-        device.on_uncaptured_error(Arc::new(move |e| uncaptured.set(describe(e))));
-        let lost = failure.clone();
-        device.set_device_lost_callback(move |_, why| {
-            lost.set(failed("the GPU device was lost", why).to_string());
-        });
+        let on_error = report_to(&device, &failure);
 
-        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let layout = bind_group_layout(&device);
-        let pipeline = pipeline(&device, &layout, format);
-        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: ViewUniforms::SIZE as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        if let Some(e) = scope.pop().await {
-            return Err(Error::Gpu(describe(e)));
-        }
+        let format = gpu.preferred_canvas_format().into();
+        let layouts = bind_group_layouts(&device);
+        let pipeline = wait(
+            device.create_render_pipeline_async(&pipeline(&device, &layouts, &format)),
+            "the WebGPU driver refused the shader",
+        )
+        .await?;
+        let uniforms = RefCell::new(Uniforms::new(&device, &layouts[0], 16));
+
+        let no_canvas = || Error::Gpu("this browser gave no WebGPU canvas".into());
+        let context = canvas.get_context("webgpu").ok().flatten().ok_or_else(no_canvas)?;
+        let context: Context = context.unchecked_into();
+        let configuration = object([
+            ("device", &device),
+            ("format", &format),
+            ("alphaMode", &"premultiplied".into()),
+        ]);
+        context.configure(&configuration).map_err(|_| no_canvas())?;
         failure.check()?;
-        Ok(Gpu { device, queue, layout, pipeline, uniforms, max_side, failure })
+        Ok(WebGpu {
+            queue: device.queue(),
+            canvas: canvas.clone(),
+            device,
+            context,
+            layouts,
+            pipeline,
+            uniforms,
+            failure,
+            _on_error: on_error,
+        })
     }
 
-    /// The largest side of a target.
     pub fn max_side(&self) -> u32 {
-        self.max_side
+        MAX_SIDE
     }
 
-    /// Makes a scene of a picture.
     pub fn upload(&self, packed: &Packed) -> Result<Scene> {
         self.failure.check()?;
-        let tables: Vec<wgpu::Texture> =
-            packed.tables().iter().map(|table| self.create_table(table)).collect();
-        let views: Vec<wgpu::TextureView> =
-            tables.iter().map(|table| table.create_view(&Default::default())).collect();
-        let mut entries =
-            vec![wgpu::BindGroupEntry { binding: 0, resource: self.uniforms.as_entire_binding() }];
-        for (binding, view) in (1..).zip(&views) {
-            let resource = wgpu::BindingResource::TextureView(view);
-            entries.push(wgpu::BindGroupEntry { binding, resource });
-        }
-        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &entries,
+        let own = packed.tables();
+        let tables: Vec<Texture> =
+            own.iter().chain(&Close::room()).map(|table| self.create_table(table)).collect();
+        let bindings = [[0, 1, 2, 3], Close::PLACES].map(|places| {
+            let entries: Array = (0..)
+                .zip(places)
+                .map(|(binding, place): (u32, usize)| {
+                    let view = tables[place].create_view();
+                    object([("binding", &binding.into()), ("resource", &view)])
+                })
+                .collect();
+            bind(&self.device, &self.layouts[1], &entries)
         });
-        self.failure.check()?;
-        Ok(Scene { facts: packed.facts, tables, bindings })
+        let regions = own[Packed::STYLES].size;
+        Ok(Scene { tables, regions, bindings })
     }
 
-    /// Gives a region another colour.
-    pub fn set_style(&self, scene: &Scene, region: RegionId, color: [u8; 4]) {
+    pub fn set_style(&self, scene: &Scene, region: u32, color: [u8; 4]) {
         let [x, y] = Packed::style_place(region);
-        let table = &scene.tables[Packed::STYLES];
-        if x < table.width() && y < table.height() {
-            self.write(table, [x, y], [1, 1], &color);
+        if x < scene.regions[0] && y < scene.regions[1] {
+            self.write(&scene.tables[Packed::STYLES], [x, y], [1, 1], &color);
         }
     }
 
-    /// Draws a scene over the whole of `view`.
-    pub fn draw(
-        &self,
-        scene: &Scene,
-        uniforms: &ViewUniforms,
-        view: &wgpu::TextureView,
-        encoder: &mut wgpu::CommandEncoder,
-    ) -> Result<()> {
+    /// Draws scenes on the canvas, `size` large, one over the other.
+    pub fn draw(&self, layers: &[(&Scene, Layer)], size: [u32; 2]) -> Result<()> {
         self.failure.check()?;
-        self.queue.write_buffer(&self.uniforms, 0, &uniforms.to_bytes());
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            ..Default::default()
-        });
+        let [width, height] = size;
+        if self.canvas.width() != width || self.canvas.height() != height {
+            self.canvas.set_width(width);
+            self.canvas.set_height(height);
+        }
+        let Ok(frame) = self.context.current_texture() else {
+            return Err(Error::Gpu("the WebGPU canvas gave no frame".into()));
+        };
+        let mut uniforms = self.uniforms.borrow_mut();
+        if uniforms.layers < layers.len() {
+            *uniforms = Uniforms::new(&self.device, &self.layouts[0], 2 * layers.len());
+        }
+        let mut bytes = vec![0; layers.len() * UNIFORM_STEP as usize];
+        for (place, (_, layer)) in bytes.chunks_exact_mut(UNIFORM_STEP as usize).zip(layers) {
+            place[..ViewUniforms::SIZE].copy_from_slice(&layer.uniforms.to_bytes());
+        }
+        self.queue.write_buffer(&uniforms.buffer, 0, &bytes);
+        for (scene, layer) in layers {
+            let words = layer.close.iter().flat_map(Close::words);
+            for ((place, table), bytes) in (Packed::FORMATS.len()..).zip(Close::room()).zip(words) {
+                self.write(&scene.tables[place], [0, 0], table.size, &bytes);
+            }
+        }
+        let encoder = self.device.create_command_encoder();
+        let attachment = object([
+            ("view", &frame.create_view()),
+            // Without a colour to clear with it is transparent.
+            ("loadOp", &"clear".into()),
+            ("storeOp", &"store".into()),
+        ]);
+        let pass =
+            encoder.begin_render_pass(&object([("colorAttachments", &Array::of1(&attachment))]));
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &scene.bindings, &[]);
-        pass.draw(0..3, 0..1);
+        for (i, (scene, layer)) in (0..).zip(layers) {
+            let [from, to] = layer.own;
+            pass.set_scissor_rect(from[0], from[1], to[0] - from[0], to[1] - from[1]);
+            pass.set_bind_group(0, &uniforms.bindings, &Array::of1(&(i * UNIFORM_STEP).into()));
+            let bindings = &scene.bindings[usize::from(layer.close.is_some())];
+            pass.set_bind_group(1, bindings, &Array::new());
+            pass.draw(3);
+        }
+        pass.end();
+        self.queue.submit(&Array::of1(&encoder.finish()));
         Ok(())
     }
 
-    /// Whether nothing has gone wrong so far, as far as is known yet.
-    pub fn check(&self) -> Result<()> {
-        self.failure.check()
-    }
-
-    fn create_table(&self, table: &Table<'_>) -> wgpu::Texture {
+    fn create_table(&self, table: &Table<'_>) -> Texture {
         let [width, height] = table.size;
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: match table.format {
-                Format::R32Uint => wgpu::TextureFormat::R32Uint,
-                Format::Rg32Uint => wgpu::TextureFormat::Rg32Uint,
-                Format::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
-                Format::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
-                Format::Rgba8Uint => wgpu::TextureFormat::Rgba8Uint,
-                Format::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,
-            },
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
-        self.write(&texture, [0, 0], table.size, table.bytes);
+        let format = match table.format {
+            Format::R32Uint => "r32uint",
+            Format::Rgba32Uint => "rgba32uint",
+            Format::Rgba8Unorm => "rgba8unorm",
+        };
+        let texture = self.device.create_texture(&object([
+            ("size", &pair([width, height])),
+            ("format", &format.into()),
+            ("usage", &TABLE_USAGE.into()),
+        ]));
+        if !table.bytes.is_empty() {
+            self.write(&texture, [0, 0], table.size, table.bytes);
+        }
         texture
     }
 
-    fn write(&self, texture: &wgpu::Texture, [x, y]: [u32; 2], size: [u32; 2], bytes: &[u8]) {
-        let [width, height] = size;
+    fn write(&self, texture: &Texture, at: [u32; 2], size: [u32; 2], bytes: &[u8]) {
         self.queue.write_texture(
-            wgpu::TexelCopyTextureInfo {
-                texture,
-                mip_level: 0,
-                origin: wgpu::Origin3d { x, y, z: 0 },
-                aspect: wgpu::TextureAspect::All,
-            },
+            &object([("texture", texture), ("origin", &pair(at))]),
             bytes,
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some((bytes.len() / height as usize) as u32),
-                rows_per_image: None,
-            },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            &object([("bytesPerRow", &(bytes.len() as u32 / size[1]).into())]),
+            &pair(size),
         );
     }
 }
 
-fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::FRAGMENT,
-        ty,
-        count: None,
-    };
-    let mut entries = vec![entry(
-        0,
-        wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-    )];
-    for (binding, format) in (1..).zip(Packed::FORMATS) {
-        let sample_type = match format {
-            Format::Rgba8Unorm | Format::Rgba32Float => {
-                wgpu::TextureSampleType::Float { filterable: false }
-            }
-            _ => wgpu::TextureSampleType::Uint,
-        };
-        entries.push(entry(
-            binding,
-            wgpu::BindingType::Texture {
-                sample_type,
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            },
-        ));
+impl Drop for WebGpu {
+    fn drop(&mut self) {
+        self.device.set_on_uncaptured_error(&JsValue::NULL);
+        self.device.destroy();
     }
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: None,
-        entries: &entries,
-    })
 }
 
-fn pipeline(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    format: wgpu::TextureFormat,
-) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(picture::WGSL.into()),
-    });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: None,
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: None,
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some(picture::VERTEX),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: Default::default(),
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(picture::FRAGMENT),
-            compilation_options: Default::default(),
-            targets: &[Some(format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+impl Uniforms {
+    fn new(device: &Device, layout: &JsValue, layers: usize) -> Self {
+        let buffer = device.create_buffer(&object([
+            ("size", &(layers as u32 * UNIFORM_STEP).into()),
+            ("usage", &UNIFORM_USAGE.into()),
+        ]));
+        let part = object([("buffer", &buffer), ("size", &(ViewUniforms::SIZE as u32).into())]);
+        let entry = object([("binding", &0.into()), ("resource", &part)]);
+        let bindings = bind(device, layout, &Array::of1(&entry));
+        Uniforms { layers, buffer, bindings }
+    }
 }
 
-fn describe(e: wgpu::Error) -> String {
-    match e {
-        wgpu::Error::OutOfMemory { .. } => "the GPU has too little memory for this picture".into(),
-        wgpu::Error::Validation { description, .. } | wgpu::Error::Internal { description, .. } => {
-            description
+fn bind(device: &Device, layout: &JsValue, entries: &Array) -> JsValue {
+    device.create_bind_group(&object([("layout", layout), ("entries", entries)]))
+}
+
+fn pair([x, y]: [u32; 2]) -> Array {
+    Array::of2(&x.into(), &y.into())
+}
+
+/// What a promise brings.
+async fn wait<T: JsCast>(promise: Promise, doing: &str) -> Result<T> {
+    match JsFuture::from(promise).await {
+        Ok(value) => Ok(value.unchecked_into()),
+        Err(why) => Err(failed(doing, message(&why))),
+    }
+}
+
+/// Hears of what goes wrong on the device.
+fn report_to(device: &Device, failure: &Failure) -> Closure<dyn FnMut(JsValue)> {
+    let (lost, loss) = (failure.clone(), JsFuture::from(device.lost()));
+    wasm_bindgen_futures::spawn_local(async move {
+        if let Ok(info) = loss.await {
+            lost.set(failed("the GPU device was lost", message(&info)).to_string());
         }
-    }
+    });
+    let uncaptured = failure.clone();
+    let on_error = Closure::new(move |event: JsValue| {
+        let error = Reflect::get(&event, &"error".into()).unwrap_or_default();
+        let error: Object = error.unchecked_into();
+        let too_large = error.constructor().name() == "GPUOutOfMemoryError";
+        uncaptured.set(match too_large {
+            true => "the GPU has too little memory for this picture".into(),
+            false => message(&error),
+        });
+    });
+    device.set_on_uncaptured_error(on_error.as_ref());
+    on_error
+}
+
+/// The `message` of an error, or of what tells why a device was lost.
+fn message(error: &JsValue) -> String {
+    let text = Reflect::get(error, &"message".into());
+    text.ok().and_then(|text| text.as_string()).unwrap_or_default()
+}
+
+/// The view's uniforms, one block for each layer, and the scene's tables.
+fn bind_group_layouts(device: &Device) -> [JsValue; 2] {
+    let entry = |binding: u32, kind: &str, what: Object| {
+        object([("binding", &binding.into()), ("visibility", &FRAGMENT.into()), (kind, &what)])
+    };
+    let uniforms = entry(0, "buffer", object([("hasDynamicOffset", &true.into())]));
+    let tables: Array = (0..)
+        .zip(Packed::FORMATS)
+        .map(|(binding, format)| {
+            let sample_type = match format {
+                Format::Rgba8Unorm => "unfilterable-float",
+                _ => "uint",
+            };
+            entry(binding, "texture", object([("sampleType", &sample_type.into())]))
+        })
+        .collect();
+    [Array::of1(&uniforms), tables]
+        .map(|entries| device.create_bind_group_layout(&object([("entries", &entries)])))
+}
+
+fn pipeline(device: &Device, layouts: &[JsValue; 2], format: &JsValue) -> Object {
+    let groups = Array::of2(&layouts[0], &layouts[1]);
+    let layout = device.create_pipeline_layout(&object([("bindGroupLayouts", &groups)]));
+    let module = device.create_shader_module(&object([("code", &picture::WGSL.into())]));
+    let vertex = object([("module", &module), ("entryPoint", &picture::VERTEX.into())]);
+    let target = object([("format", format)]);
+    let fragment = object([
+        ("module", &module),
+        ("entryPoint", &picture::FRAGMENT.into()),
+        ("targets", &Array::of1(&target)),
+    ]);
+    object([("layout", &layout), ("vertex", &vertex), ("fragment", &fragment)])
 }

@@ -3,7 +3,7 @@
 mod reference;
 mod seams;
 
-pub use reference::{Across, Decoded, decode_at, region_at, render_row};
+pub use reference::{Across, Decoded, decode_at, region_at, render_row, render_scene_row};
 pub use seams::seams;
 #[cfg(feature = "encode")]
 pub(crate) use seams::seams_from;

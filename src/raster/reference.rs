@@ -6,6 +6,7 @@ use crate::camera::Camera;
 use crate::gamma;
 use crate::grid::Point;
 use crate::model::{Image, Located, Model, NodeId, RegionId};
+use crate::placement::{Placement, SceneView};
 
 /// What γ says of a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,41 +90,166 @@ pub fn region_at<const D: usize, const E: usize>(
 
 /// Draws row `y` of the camera's viewport into `row`, straight RGBA.
 ///
-/// With `antialias`, two regions are blended across their boundary by the share of the pixel that
-/// each covers (the boundary taken as straight within it), and a pixel that covers several source
-/// pixels is sampled at [`Camera::samples`] places an axis. Without it, the pixel's centre decides.
+/// With `antialias`, up to three regions are blended across their boundaries by the share of the pixel
+/// that each covers (boundaries taken as straight within it), and a pixel that covers several source
+/// pixels is sampled at several places an axis; the picture's rim fades likewise. Without it, the
+/// pixel's centre decides. Colours are blended as they are stored, in sRGB.
 pub fn render_row(model: &Image, camera: &Camera, y: u32, antialias: bool, row: &mut [[u8; 4]]) {
-    let samples = if antialias { camera.samples() } else { 1 };
-    let sub_pixel = 1.0 / f64::from(samples);
-    for (x, pixel) in row.iter_mut().enumerate() {
+    row.fill([0; 4]);
+    render_scene_row(model, &Placement::whole(model.size), camera, y, antialias, row);
+}
+
+/// Draws what of row `y` belongs to a scene that is placed in a larger picture; the rest of `row`
+/// stays. See [`render_row`].
+pub fn render_scene_row(
+    model: &Image,
+    placement: &Placement,
+    camera: &Camera,
+    y: u32,
+    antialias: bool,
+    row: &mut [[u8; 4]],
+) {
+    let Some(view) = placement.seen(camera, antialias) else { return };
+    let [from, to] = view.own;
+    if !(from[1]..to[1]).contains(&y) {
+        return;
+    }
+    let samples = if antialias { view.samples() } else { 1 };
+    for x in from[0]..to[0] {
         let mut sum = [0.0; 4];
         for sample in 0..samples * samples {
-            let at = [
-                x as f64 + (f64::from(sample % samples) + 0.5) * sub_pixel,
-                f64::from(y) + (f64::from(sample / samples) + 0.5) * sub_pixel,
-            ];
-            // Screen sub-pixels per source pixel: what the blend is measured in.
-            let scale = camera.scale() * f64::from(samples);
-            let color = sample_color(model, &camera.to_source(at), antialias.then_some(scale));
+            let at = [x, y].map(f64::from);
+            let within = [sample % samples, sample / samples].map(f64::from);
+            let screen: [f64; 2] =
+                std::array::from_fn(|a| at[a] + (within[a] + 0.5) / f64::from(samples));
+            let sub_pixel = 1.0 / (view.scale * f64::from(samples));
+            let point = place(&view, screen);
+            let color = sample_color(model, &point, antialias.then_some(sub_pixel));
             for channel in 0..4 {
                 sum[channel] += color[channel];
             }
         }
-        *pixel = straight(sum.map(|s| s / f64::from(samples * samples)));
+        // How much of the pixel lies in the picture.
+        let inside = |axis: usize, at: f64| {
+            ((at + 1.0).min(view.edges[axis + 2]) - at.max(view.edges[axis])).clamp(0.0, 1.0)
+        };
+        let weight = inside(0, f64::from(x)) * inside(1, f64::from(y));
+        row[x as usize] = straight(sum.map(|s| weight * s / f64::from(samples * samples)));
     }
 }
 
-/// The premultiplied colour at a place; blended across the boundary where a scale is given.
-fn sample_color(model: &Image, point: &Point<2>, blend_at: Option<f64>) -> [f64; 4] {
-    let Some(decoded) = decode_at(model, point) else { return [0.0; 4] };
-    let own = node_color(model, decoded.node);
-    match (blend_at, decoded.across) {
-        (Some(scale), Some(across)) => {
-            let share = (across.distance * scale + 0.5).clamp(0.0, 1.0);
-            let other = node_color(model, across.node);
-            std::array::from_fn(|c| share * own[c] + (1.0 - share) * other[c])
+/// The scene's place under a place on the screen; the nearest that it has, beyond its rim.
+fn place(view: &SceneView, screen: [f64; 2]) -> Point<2> {
+    let by = std::array::from_fn(|a| (screen[a] - 0.5 * f64::from(view.viewport[a])) / view.scale);
+    let mut point = view.center.offset(by);
+    for axis in 0..2 {
+        let last = i64::from(view.last[axis]);
+        if point.whole[axis] < 0 {
+            (point.whole[axis], point.frac[axis]) = (0, 0.0);
+        } else if point.whole[axis] > last {
+            (point.whole[axis], point.frac[axis]) = (last, 1.0);
         }
-        _ => own,
+    }
+    point
+}
+
+/// The premultiplied colour at a place; blended across boundaries where the width of a sub-sample is
+/// given, in source pixels.
+fn sample_color(model: &Image, point: &Point<2>, sub_pixel: Option<f64>) -> [f64; 4] {
+    let Some(sub_pixel) = sub_pixel else {
+        return decode_at(model, point).map_or([0.0; 4], |decoded| node_color(model, decoded.node));
+    };
+    let mut color = [0.0; 4];
+    for (node, share) in shares(model, point, sub_pixel).into_iter().flatten() {
+        let own = node_color(model, node);
+        for channel in 0..4 {
+            color[channel] += share * own[channel];
+        }
+    }
+    color
+}
+
+/// A boundary near a place: the node across, and p and its gradient by sub-samples, p positive on the
+/// place's own side.
+struct Side {
+    node: NodeId,
+    distance: f64,
+    linear: [f64; 3],
+}
+
+/// Half the diagonal of a sub-sample: one further from all boundaries is of one region.
+const REACH: f64 = 0.7072;
+
+/// How much of a sub-sample up to three nodes cover.
+fn shares(model: &Image, point: &Point<2>, sub_pixel: f64) -> [Option<(NodeId, f64)>; 3] {
+    let at = match model.locate(point) {
+        Located::Outside => return [None; 3],
+        Located::Solid(node) => return [Some((node, 1.0)), None, None],
+        Located::Cell(at) => at,
+    };
+    let candidates = model.candidates(at.cells, at.cell);
+    let (v, jacobian) = model.interpolate(&at);
+    let region = |id: NodeId| model.nodes[id as usize].region;
+    // p_ij as a linear function of the place about the middle.
+    let linear = |i: NodeId, j: NodeId| {
+        let plane = model.plane(i, j)?;
+        let along = |axis: usize| -> f64 {
+            (0..3).map(|e| plane.normal[e] * jacobian[e][axis] * sub_pixel).sum()
+        };
+        Some([plane.at(v), along(0), along(1)])
+    };
+    let Some(winner) = model.winner(candidates, v) else { return [None; 3] };
+    let mut sides: Vec<Side> = Vec::new();
+    for &node in candidates {
+        let other = region(node).is_some() && region(node) != region(winner);
+        if !other || !model.has_edge(winner, node) {
+            continue;
+        }
+        let Some(linear) = linear(winner, node) else { continue };
+        let steepness = linear[1].hypot(linear[2]);
+        let distance = if steepness > 0.0 { linear[0].max(0.0) / steepness } else { f64::INFINITY };
+        sides.push(Side { node, distance, linear });
+    }
+    sides.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    sides.retain(|side| side.distance < REACH);
+    let Some(near) = sides.first() else { return [Some((winner, 1.0)), None, None] };
+    let Some(next) = sides.iter().find(|side| region(side.node) != region(near.node)) else {
+        let own = share_of_square(near.distance, [near.linear[1], near.linear[2]]);
+        return [Some((winner, own)), Some((near.node, 1.0 - own)), None];
+    };
+    // Three regions meet: sixteen places in the pixel, no two in a row or a column.
+    let between = linear(near.node, next.node).unwrap_or([0.0; 3]);
+    let mut counts = [0.0; 3];
+    for i in 0..16u32 {
+        let row = [8, 0, 12, 4][(i & 3) as usize] + [1, 3, 0, 2][(i >> 2) as usize];
+        let [x, y] = [i, row].map(|n| (f64::from(n) + 0.5) / 16.0 - 0.5);
+        let at = |[p, by_x, by_y]: [f64; 3]| p + by_x * x + by_y * y;
+        let owner = if at(near.linear) >= 0.0 && at(next.linear) >= 0.0 {
+            0
+        } else if at(between) >= 0.0 {
+            1
+        } else {
+            2
+        };
+        counts[owner] += 1.0 / 16.0;
+    }
+    [Some((winner, counts[0])), Some((near.node, counts[1])), Some((next.node, counts[2]))]
+}
+
+/// How much of a unit square lies on the positive side of a line at `distance` from its middle, which
+/// lies there too.
+fn share_of_square(distance: f64, normal: [f64; 2]) -> f64 {
+    let length = normal[0].hypot(normal[1]);
+    let steep = normal.map(|n| n.abs() / length);
+    let (a, b) = (steep[0].max(steep[1]), steep[0].min(steep[1]));
+    let left = 0.5 * (a + b) - distance;
+    if left <= 0.0 {
+        1.0
+    } else if left > b {
+        // The line leaves a trapezium on its other side, else a triangle.
+        0.5 + distance / a
+    } else {
+        1.0 - left * left / (2.0 * a * b)
     }
 }
 
@@ -139,4 +265,27 @@ fn straight([r, g, b, a]: [f64; 4]) -> [u8; 4] {
         return [0; 4];
     }
     [r * 255.0 / a, g * 255.0 / a, b * 255.0 / a, a].map(|c| c.round().clamp(0.0, 255.0) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::share_of_square;
+
+    #[test]
+    fn a_share_is_the_area_under_the_line() {
+        for normal in [[1.0, 0.0], [0.3, -0.9], [0.7, 0.7], [-0.2, 0.05]] {
+            let length = f64::hypot(normal[0], normal[1]);
+            for distance in [0.0, 0.1, 0.3, 0.45, 0.6, 0.8] {
+                let steps = 400;
+                let at = |i: usize| (i as f64 + 0.5) / steps as f64 - 0.5;
+                let inside = (0..steps * steps).filter(|i| {
+                    let p = normal[0] * at(i % steps) + normal[1] * at(i / steps);
+                    p / length + distance > 0.0
+                });
+                let area = inside.count() as f64 / (steps * steps) as f64;
+                let share = share_of_square(distance, normal);
+                assert!((share - area).abs() < 0.003, "{normal:?} {distance}: {share} {area}");
+            }
+        }
+    }
 }

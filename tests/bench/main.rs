@@ -8,6 +8,7 @@
 //! - `zoom`: a drawing at 2048 pixels, enlarged to 16,384, beside the drawing itself.
 //! - `sizes`: a texel size for each block, against one for all, at the same number of scalars.
 //! - `ablation`: what each step of the fit is worth, and what it takes.
+//! - `gpu` (with the feature of that name): what a frame costs, against a textured quad.
 //! - `rivals`: seconds and memory of `istar encode`, and of vtracer on the same picture.
 //!
 //! Words in the arguments choose tables, pictures and numbers of regions:
@@ -22,6 +23,8 @@ mod boundary;
 mod close_up;
 mod components;
 mod facets;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod growth;
 mod lanczos;
 mod pictures;
@@ -53,7 +56,7 @@ macro_rules! table {
     };
 }
 
-const TABLES: [Table; 8] = [
+const TABLES: &[Table] = &[
     table!(stress_table),
     table!(growth),
     table!(components),
@@ -61,6 +64,8 @@ const TABLES: [Table; 8] = [
     table!(zoom),
     table!(sizes),
     table!(ablation),
+    #[cfg(feature = "gpu")]
+    table!(gpu),
     table!(rivals),
 ];
 
@@ -83,7 +88,7 @@ fn main() -> ExitCode {
     let named: Vec<String> = words.extract_if(.., is_table).collect();
     let rows = Rows(words);
     let mut sound = true;
-    for table in &TABLES {
+    for table in TABLES {
         if named.is_empty() || named.iter().any(|name| name == table.name) {
             sound &= (table.print)(&rows);
         }

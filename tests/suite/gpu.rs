@@ -2,14 +2,15 @@
 //! A machine without any Vulkan, Metal or DX12 driver fails here; the set-up installs lavapipe.
 
 mod failures;
+mod scenes;
 
 use crate::fixtures;
 use istar::gpu::{Options, Renderer, Scene};
 use istar::grid::Point;
-use istar::{Camera, Gamma, Image, Kernel, raster};
+use istar::{Camera, Gamma, Image, Kernel, Placement, raster};
 
 const VIEWPORT: [u32; 2] = [120, 90];
-const SCALES: [f64; 6] = [0.1, 0.5, 1.0, 3.0, 30.0, 1000.0];
+const SCALES: [f64; 9] = [0.1, 0.5, 1.0, 3.0, 30.0, 1000.0, 1e6, 1e9, 1e12];
 
 /// The most that a channel may differ. f32 carries a boundary's place to about 10⁻⁵ source pixels,
 /// a hundredth of a screen pixel at the largest scale here, or 2.5 of 255 where black meets white.
@@ -44,7 +45,8 @@ fn on_a_boundary(image: &Image) -> Option<[f64; 2]> {
         while x + 1.0 < width * 0.97 {
             if region(x, y) != region(x + 1.0, y) {
                 let (mut left, mut right) = (x, x + 1.0);
-                while right - left > 1e-4 {
+                // To f64's last digit: the deepest view is as wide as 10⁻¹⁰.
+                for _ in 0..52 {
                     let middle = 0.5 * (left + right);
                     if region(middle, y) == region(left, y) {
                         left = middle;
@@ -77,7 +79,8 @@ fn views(image: &Image) -> Vec<Camera> {
 fn compare(name: &str, renderer: &Renderer, scene: &Scene, image: &Image, camera: &Camera) {
     for antialias in [true, false] {
         let expected = reference(image, camera, antialias);
-        let actual = renderer.render(scene, camera, antialias).unwrap();
+        let actual =
+            renderer.render(&[(scene, Placement::whole(image.size))], camera, antialias).unwrap();
         let differs = |(a, b): (&[u8; 4], &[u8; 4])| {
             (0..4).any(|channel| a[channel].abs_diff(b[channel]) > CHANNEL)
         };
@@ -121,6 +124,11 @@ fn the_gpu_cuts_with_planes_as_the_reference_does() {
             for (kind, image) in [("fitted", fitted), ("wild", wild)] {
                 let scene = renderer.upload(&image).unwrap();
                 for camera in views(&image) {
+                    // Where wedges leave a gap, the difference of two depths parts them, and f32 has too
+                    // few digits for it from close by. No fitted planes leave a gap in sight.
+                    if kind == "wild" && camera.scale() > 1e6 {
+                        continue;
+                    }
                     let name = format!("{name} {} {kind} planes", kernel.name());
                     compare(&name, &renderer, &scene, &image, &camera);
                 }
@@ -142,7 +150,7 @@ fn a_style_is_rewritten_alone() {
     compare("restyled", &renderer, &scene, &image, &camera);
     // A region that is not there is no business of the device.
     renderer.set_style(&scene, u32::MAX, [0; 4]);
-    renderer.render(&scene, &camera, true).unwrap();
+    renderer.render(&[(&scene, Placement::whole(image.size))], &camera, true).unwrap();
 }
 
 #[test]
@@ -152,10 +160,14 @@ fn views_without_picture_or_pixels_do_no_harm() {
     let scene = renderer.upload(&image).unwrap();
     let mut camera = Camera::new(image.size, VIEWPORT);
     camera.look_at(Point::new([0.0, 0.0]), 1e-6);
-    let pixels = renderer.render(&scene, &camera, false).unwrap();
+    let pixels =
+        renderer.render(&[(&scene, Placement::whole(image.size))], &camera, false).unwrap();
     assert!(pixels.iter().filter(|&&pixel| pixel != [0; 4]).count() <= 1);
     camera.resize([0, 10]);
-    assert_eq!(renderer.render(&scene, &camera, true).unwrap_err().kind(), "usage");
+    let render = |camera: &Camera| {
+        renderer.render(&[(&scene, Placement::whole(image.size))], camera, true).unwrap_err().kind()
+    };
+    assert_eq!(render(&camera), "usage");
     camera.resize([1 << 20, 1]);
-    assert_eq!(renderer.render(&scene, &camera, true).unwrap_err().kind(), "limit");
+    assert_eq!(render(&camera), "limit");
 }

@@ -50,39 +50,42 @@ fn a_capability_that_webgl2_lacks_is_refused() {
 #[cfg(feature = "gpu")]
 mod twins {
     use super::{PASSES, validate, wgsl};
-    use istar::gpu::{Alpha, Facts, Origin, Target, ViewUniforms, WIDTH};
-    use istar::{Camera, Gamma, Kernel, MAX_CANDIDATES};
+    use istar::MAX_CANDIDATES;
+    use istar::gpu::{MAX_SAMPLES, ViewUniforms, WIDTH};
     use naga::{Expression, Literal, Module, TypeInner};
 
     /// A view in which no two numbers are alike.
-    fn distinct_view() -> ViewUniforms {
-        let facts = Facts {
-            size: [4001, 3001],
-            kernel: Kernel::Quadratic,
-            gamma: Gamma::Planes,
-            block_log2: 6,
-        };
-        let mut camera = Camera::new(facts.size, [800, 600]);
-        camera.look_at(istar::grid::Point::new([1234.25, 987.625]), 0.3);
-        let target = Target { height: 599, origin: Origin::BottomLeft, alpha: Alpha::Straight };
-        ViewUniforms::new(&camera, &facts, target, true)
-    }
+    const VIEW: ViewUniforms = ViewUniforms {
+        edges: [1.5, 2.5, 3.5, 4.5],
+        anchor: [5, 6],
+        offset: [0.7, 0.8],
+        last: [9, 10],
+        middle: [11.0, 12.0],
+        y_axis: [-13.0, 14.0],
+        split: [20.0, 21.0],
+        pixel: 15.0,
+        sub_pixel: 16.0,
+        samples: 17,
+        block_log2: 18,
+        flags: 19,
+    };
 
     #[test]
     fn the_uniforms_lie_where_the_shader_reads_them() {
-        let view = distinct_view();
+        let view = VIEW;
         let float = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         let int = |values: &[i32]| values.iter().map(|&v| v as u32).collect::<Vec<_>>();
         let twin = [
+            ("edges", float(&view.edges)),
             ("anchor", int(&view.anchor)),
             ("offset", float(&view.offset)),
-            ("screen", float(&view.screen)),
-            ("picture", int(&view.picture)),
+            ("last", int(&view.last)),
+            ("middle", float(&view.middle)),
             ("y_axis", float(&view.y_axis)),
+            ("split", float(&view.split)),
             ("pixel", float(&[view.pixel])),
             ("sub_pixel", float(&[view.sub_pixel])),
             ("samples", vec![view.samples]),
-            ("taps", vec![view.taps]),
             ("block_log2", vec![view.block_log2]),
             ("flags", vec![view.flags]),
         ];
@@ -113,14 +116,9 @@ mod twins {
         let twin = [
             ("ANTIALIAS", ViewUniforms::ANTIALIAS),
             ("STRAIGHT", ViewUniforms::STRAIGHT),
-            ("PLANES", ViewUniforms::PLANES),
+            ("CLOSE", ViewUniforms::CLOSE),
             ("MAX_CANDIDATES", MAX_CANDIDATES as u32),
-            // The smallest scale asks for the most samples.
-            ("MAX_SAMPLES", {
-                let mut camera = Camera::new([10, 10], [10, 10]);
-                camera.look_at(camera.center(), 1e-6);
-                camera.samples()
-            }),
+            ("MAX_SAMPLES", MAX_SAMPLES),
             ("WIDTH_LOG2", WIDTH.trailing_zeros()),
         ];
         let (module, _) = validate(&wgsl(&PASSES[0])).unwrap();

@@ -194,9 +194,10 @@ export class View {
     const { width, height } = this.#size;
     // A hidden figure has no size, and is drawn when it gets one.
     if (!this.#shown || !this.#context || width === 0 || height === 0) return;
-    const { renderer, scene, camera } = this.#shown;
+    const { picture, renderer, scene, camera } = this.#shown;
     try {
-      renderer.draw(scene, camera);
+      renderer.place(scene, 0, 0, picture.width, picture.height, 0);
+      renderer.draw(camera);
       if (this.canvas.width !== width || this.canvas.height !== height)
         Object.assign(this.canvas, this.#size);
       this.#context.clearRect(0, 0, width, height);

@@ -26,7 +26,7 @@ await main(import.meta.url, () => {
     cargoTool('vtracer', 'vtracer', VTRACER, ['--locked']);
     rmSync(at('.tools', 'build'), { recursive: true, force: true });
   }
-  run('cargo', ['bench', '--features', 'bench', '--bench', 'bench', '--', ...others]);
+  run('cargo', ['bench', '--features', 'bench,gpu', '--bench', 'bench', '--', ...others]);
 });
 
 /** Bytes against quality, for IStar and others. */

@@ -1,0 +1,244 @@
+//! What parts the candidates of a cell, as polynomials of the place in it: the form in which pictures
+//! are drawn.
+//!
+//! Inside a cell the interpolated value v is a polynomial of the place u, and the planes of γ are
+//! linear in v; so each boundary p_ij(v(u)) = 0 is the zero line of a biquadratic polynomial
+//! (bilinear for the linear kernel). One polynomial takes the place of nine texels of three channels.
+
+use crate::grid;
+use crate::limits::MAX_CANDIDATES;
+use crate::model::{Cells, Image, ListId, NodeId, RegionId};
+
+/// A polynomial of a place (x, y): coefficient [a][b] belongs to xᵃ yᵇ.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Biquadratic(pub [[f64; 3]; 3]);
+
+/// What a candidate list says of every cell that has it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Deciding {
+    /// All nodes that can win are of one region.
+    Solid(RegionId),
+    /// Several regions may win.
+    Between(Candidates),
+}
+
+/// The nodes of a list that can win; ghosts never do.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Candidates {
+    pub nodes: Vec<NodeId>,
+    pub regions: Vec<RegionId>,
+    /// Bit j of entry i: there is a boundary between candidates i and j. They share an edge, are of
+    /// different regions, and not in one place.
+    pub neighbours: Vec<u16>,
+    /// Planes decide that are not all bisectors of the nodes, and each pair has a cut of its own;
+    /// otherwise every candidate has one, against the first.
+    pub by_pairs: bool,
+    /// What to multiply v with, and add, for each cut.
+    planes: Vec<([f64; 3], f64)>,
+}
+
+impl Deciding {
+    /// Of list `id`. `None` for a list without a node that can win.
+    pub fn new(image: &Image, id: ListId) -> Option<Self> {
+        let mut nodes = Vec::with_capacity(MAX_CANDIDATES);
+        let mut regions = Vec::with_capacity(MAX_CANDIDATES);
+        for &node in image.lists.get(id) {
+            if let Some(region) = image.nodes[node as usize].region {
+                nodes.push(node);
+                regions.push(region);
+            }
+        }
+        let &first = regions.first()?;
+        if regions.iter().all(|&region| region == first) {
+            return Some(Deciding::Solid(first));
+        }
+        let count = nodes.len();
+        let neighbours = (0..count)
+            .map(|i| {
+                let bound = (0..count).filter(|&j| {
+                    regions[j] != regions[i]
+                        && image.has_edge(nodes[i], nodes[j])
+                        && image.plane(nodes[i], nodes[j]).is_some()
+                });
+                bound.fold(0, |mask, j| mask | 1 << j)
+            })
+            .collect();
+        let pairs = || (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
+        let by_pairs = pairs().any(|(i, j)| image.edge_plane(nodes[i], nodes[j]).is_some());
+        let planes = if by_pairs {
+            pairs().map(|(i, j)| plane(image, nodes[i], nodes[j])).collect()
+        } else {
+            (1..count).map(|i| score(image, nodes[0], nodes[i])).collect()
+        };
+        Some(Deciding::Between(Candidates { nodes, regions, neighbours, by_pairs, planes }))
+    }
+
+    /// Of all lists, by id; `None` where a list has no node that can win.
+    pub fn all(image: &Image) -> Option<Vec<Self>> {
+        (0..image.lists.len() as ListId).map(|id| Self::new(image, id)).collect()
+    }
+}
+
+/// p_ji, positive on the side of j; level where nothing parts the two.
+fn plane(image: &Image, i: NodeId, j: NodeId) -> ([f64; 3], f64) {
+    image.plane(j, i).map_or(([0.0; 3], 0.0), |plane| (plane.normal, plane.offset))
+}
+
+/// How much nearer v is to node i than to node `first`: half the difference of the squared distances.
+/// Differences of two such are bisectors too. In whole numbers, so that f32 loses nothing.
+fn score(image: &Image, first: NodeId, i: NodeId) -> ([f64; 3], f64) {
+    let [a, b] = [i, first].map(|node| image.nodes[node as usize].position.map(f64::from));
+    let square = |x: [f64; 3]| x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    (std::array::from_fn(|e| a[e] - b[e]), 0.5 * (square(b) - square(a)))
+}
+
+impl Candidates {
+    /// The place of pair (i, j), i < j, among the cuts, where these are by pairs.
+    pub fn pair(&self, i: usize, j: usize) -> usize {
+        i * (2 * self.nodes.len() - i - 1) / 2 + j - i - 1
+    }
+
+    /// These candidates alone, in this order; their cuts are the caller's.
+    pub fn kept(&self, order: &[usize]) -> Self {
+        let mask = |i: usize| {
+            let bound = (0..).zip(order).filter(|&(_, &j)| self.neighbours[i] >> j & 1 == 1);
+            bound.fold(0, |mask, (j, _)| mask | 1 << j)
+        };
+        Candidates {
+            nodes: order.iter().map(|&i| self.nodes[i]).collect(),
+            by_pairs: false,
+            planes: Vec::new(),
+            regions: order.iter().map(|&i| self.regions[i]).collect(),
+            neighbours: order.iter().map(|&i| mask(i)).collect(),
+        }
+    }
+
+    /// Whether cut `k` parts nothing: its candidates are in one place.
+    pub fn is_level(&self, k: usize) -> bool {
+        self.planes[k].0 == [0.0; 3]
+    }
+
+    /// Cut `k` in a cell, from the value there.
+    pub fn cut(&self, k: usize, value: &[Biquadratic; 3]) -> Biquadratic {
+        let (normal, offset) = self.planes[k];
+        let mut cut = [[0.0; 3]; 3];
+        for (value, factor) in value.iter().zip(normal) {
+            for a in 0..3 {
+                for b in 0..3 {
+                    cut[a][b] += factor * value.0[a][b];
+                }
+            }
+        }
+        cut[0][0] += offset;
+        Biquadratic(cut)
+    }
+}
+
+/// The interpolated value in a cell, each component as a polynomial of the place in it, in cell widths.
+pub(crate) fn value(image: &Image, cells: &Cells<3>, cell: [u32; 2]) -> [Biquadratic; 3] {
+    let texel_grid = image.texel_grid(cells.texel_log2);
+    let taps = image.kernel.taps();
+    let basis = image.kernel.polynomials();
+    let mut value = [Biquadratic::default(); 3];
+    for l in 0..taps {
+        // A row of texels first, as polynomials of x.
+        let mut row = [[0.0; 3]; 3];
+        for k in 0..taps {
+            let texel =
+                cells.texels[grid::index(texel_grid, [cell[0] + k as u32, cell[1] + l as u32])];
+            for e in 0..3 {
+                for a in 0..3 {
+                    row[e][a] += basis[k][a] * f64::from(texel[e]);
+                }
+            }
+        }
+        for e in 0..3 {
+            for a in 0..3 {
+                for b in 0..3 {
+                    value[e].0[a][b] += row[e][a] * basis[l][b];
+                }
+            }
+        }
+    }
+    value
+}
+
+impl Biquadratic {
+    /// Value and derivatives by x and y.
+    pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let [c0, c1, c2] = &self.0;
+        let row: [f64; 3] = std::array::from_fn(|b| c0[b] + x * (c1[b] + x * c2[b]));
+        let by_x: [f64; 3] = std::array::from_fn(|b| c1[b] + 2.0 * x * c2[b]);
+        let along = |r: [f64; 3]| r[0] + y * (r[1] + y * r[2]);
+        [along(row), along(by_x), row[1] + 2.0 * y * row[2]]
+    }
+
+    /// The same polynomial of (d / `unit`), times `unit`, where d is the way from `from`: what stays of
+    /// it from so close by that f32 counts in units of the screen.
+    pub fn about(&self, from: [f64; 2], unit: f64) -> Self {
+        // Of 1, x and x²: their Taylor coefficients at `from`.
+        let taylor = from.map(|x| [[1.0, 0.0, 0.0], [x, 1.0, 0.0], [x * x, 2.0 * x, 1.0]]);
+        let mut about = [[0.0; 3]; 3];
+        for (k, column) in self.0.iter().enumerate() {
+            for (l, factor) in column.iter().enumerate() {
+                for a in 0..=k {
+                    for b in 0..=l {
+                        about[a][b] += factor * taylor[0][k][a] * taylor[1][l][b];
+                    }
+                }
+            }
+        }
+        let power = [unit, 1.0, 1.0 / unit, 1.0 / (unit * unit), (1.0 / unit).powi(3)];
+        Biquadratic(std::array::from_fn(|a| std::array::from_fn(|b| about[a][b] * power[a + b])))
+    }
+
+    /// This less another.
+    pub fn minus(&self, other: &Self) -> Self {
+        Biquadratic(std::array::from_fn(|a| std::array::from_fn(|b| self.0[a][b] - other.0[a][b])))
+    }
+
+    /// The most that the value differs from that at the origin within `reach` of it, along each axis.
+    pub fn sway(&self, reach: f64) -> f64 {
+        let power = [0.0, reach, reach.powi(2), reach.powi(3), reach.powi(4)];
+        let terms = (0..9).map(|i| self.0[i / 3][i % 3].abs() * power[i / 3 + i % 3]);
+        terms.sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::Kernel;
+
+    #[test]
+    fn the_derivatives_are_derivatives() {
+        let p = Biquadratic([[3.0, -2.0, 5.0], [1.0, 4.0, -7.0], [-6.0, 2.5, 8.0]]);
+        let [_, dx, dy] = p.at([0.3, 0.6]);
+        let h = 1e-6;
+        let numeric = |a: [f64; 2], b: [f64; 2]| (p.at(a)[0] - p.at(b)[0]) / (2.0 * h);
+        assert!((numeric([0.3 + h, 0.6], [0.3 - h, 0.6]) - dx).abs() < 1e-6);
+        assert!((numeric([0.3, 0.6 + h], [0.3, 0.6 - h]) - dy).abs() < 1e-6);
+    }
+
+    #[test]
+    fn from_close_by_it_is_the_same() {
+        let p = Biquadratic([[3.0, -2.0, 5.0], [1.0, 4.0, -7.0], [-6.0, 2.5, 8.0]]);
+        let close = p.about([0.3, 0.6], 100.0);
+        let there = p.at([0.3 + 0.07, 0.6 - 0.02])[0];
+        assert!((close.at([7.0, -2.0])[0] / 100.0 - there).abs() < 1e-12);
+        let middle = close.at([0.0; 2])[0];
+        assert!((close.at([7.0, -2.0])[0] - middle).abs() <= close.sway(7.0));
+    }
+
+    #[test]
+    fn the_kernels_polynomials_are_its_weights() {
+        for kernel in [Kernel::Quadratic, Kernel::Linear] {
+            for u in [0.0, 0.3, 1.0] {
+                let weights = kernel.weights(u);
+                for (tap, [a, b, c]) in kernel.polynomials().into_iter().enumerate() {
+                    assert!((a + u * (b + u * c) - weights[tap]).abs() < 1e-12);
+                }
+            }
+        }
+    }
+}

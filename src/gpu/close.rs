@@ -1,0 +1,135 @@
+//! From close by: the cuts around the middle of a view, as polynomials of the place on the screen.
+//!
+//! A view less than a pixel wide touches at most four cells. Their cuts are expanded about its middle
+//! in f64, exactly, since they are polynomials; in units of the screen f32 then suffices at any scale.
+//! The limit is f64's: the middle itself has no more digits.
+
+use super::pack::{self, Cut, Packed, Table};
+use crate::cuts::{self, Biquadratic, Deciding};
+use crate::grid::Point;
+use crate::limits::MAX_CANDIDATES;
+use crate::model::{Image, Located};
+use crate::placement::SceneView;
+
+/// From this scale on, in screen pixels per pixel of the scene, where the viewport is no wider.
+const CLOSE: f64 = 4096.0;
+
+/// Texels of the table of cells, and columns of that of cuts: as many as four cells can have.
+const CELLS: u32 = 4;
+const CUTS: u32 = (4 * MAX_CANDIDATES * (MAX_CANDIDATES - 1) / 2) as u32;
+
+/// What a view sees from close by.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Close {
+    /// The place on the screen where the four cells meet; far away where there are fewer.
+    pub split: [f32; 2],
+    /// The words of the cells: upper left, upper right, lower left, lower right.
+    pub cells: [u32; 4],
+    /// Their cuts, by screen pixels from the viewport's middle.
+    cuts: Vec<Cut>,
+}
+
+impl Close {
+    /// `None` where the scene's own tables are as good.
+    pub fn new(image: &Image, view: &SceneView) -> Option<Self> {
+        let [width, height] = view.viewport;
+        if view.scale < CLOSE.max(f64::from(width.max(height))) {
+            return None;
+        }
+        let middle = view.center;
+        // The pixel border that is nearest to the middle along each axis.
+        let border: [i64; 2] =
+            std::array::from_fn(|axis| middle.whole[axis] + i64::from(middle.frac[axis] >= 0.5));
+        let split = std::array::from_fn(|axis| {
+            let from_middle = (border[axis] - middle.whole[axis]) as f64 - middle.frac[axis];
+            (from_middle * view.scale + 0.5 * f64::from(view.viewport[axis])) as f32
+        });
+        let mut close = Close { split, cells: [0; 4], cuts: Vec::new() };
+        let reach = 0.5 * f64::from(width).hypot(f64::from(height)) + 2.0;
+        for quadrant in 0..4 {
+            let side = [quadrant & 1, quadrant >> 1];
+            let pixel: [i64; 2] = std::array::from_fn(|axis| {
+                let at = border[axis] - 1 + side[axis] as i64;
+                at.clamp(0, i64::from(view.last[axis]))
+            });
+            close.cells[quadrant] = close.push_cell(image, view, pixel, reach);
+        }
+        Some(close)
+    }
+
+    /// The place of each table that is bound, where the two of [`room`](Self::room) come after a
+    /// scene's own.
+    #[cfg(target_arch = "wasm32")]
+    pub const PLACES: [usize; 4] = [0, 4, 5, 3];
+
+    /// The tables, empty, that take the place of a scene's cells and cuts.
+    pub fn room() -> [Table<'static>; 2] {
+        let [_, cells, cuts, _] = Packed::FORMATS;
+        [
+            Table { format: cells, size: [CELLS, 1], bytes: &[] },
+            Table { format: cuts, size: [CUTS, 3], bytes: &[] },
+        ]
+    }
+
+    /// What to write there.
+    pub fn words(&self) -> [Vec<u8>; 2] {
+        let mut columns = vec![[0u32; 4]; 3 * CUTS as usize];
+        for (i, cut) in self.cuts.iter().enumerate() {
+            for (a, &texel) in cut.iter().enumerate() {
+                columns[a * CUTS as usize + i] = texel;
+            }
+        }
+        [bytemuck::cast_slice(&self.cells).to_vec(), bytemuck::cast_slice(&columns).to_vec()]
+    }
+
+    /// Appends the cuts of the cell that holds a pixel and returns its word.
+    fn push_cell(&mut self, image: &Image, view: &SceneView, pixel: [i64; 2], reach: f64) -> u32 {
+        let region = |node: u32| image.nodes[node as usize].region.unwrap_or(0);
+        let at = match image.locate(&Point { whole: pixel, frac: [0.0; 2] }) {
+            // Every pixel up to the last is there.
+            Located::Outside => return pack::SOLID,
+            Located::Solid(node) => return pack::SOLID | region(node),
+            Located::Cell(at) => at,
+        };
+        let cell = at.cell[1] * image.cell_grid(at.cells.texel_log2)[0] + at.cell[0];
+        let candidates = match Deciding::new(image, at.cells.lists[cell as usize]) {
+            None => return pack::SOLID,
+            Some(Deciding::Solid(region)) => return pack::SOLID | region,
+            Some(Deciding::Between(candidates)) => candidates,
+        };
+        let texel_size = f64::from(1u32 << at.cells.texel_log2);
+        let from: [f64; 2] = std::array::from_fn(|axis| {
+            let whole = (view.center.whole[axis] - pixel[axis]) as f64;
+            at.u[axis] + (whole + view.center.frac[axis]) / texel_size
+        });
+        let value = cuts::value(image, at.cells, at.cell);
+        let about = |k: usize| candidates.cut(k, &value).about(from, view.scale * texel_size);
+        let first = self.cuts.len() as u32;
+        if candidates.by_pairs {
+            return pack::push_cuts(&candidates, about, first, &mut self.cuts);
+        }
+        // Against the winner in the middle: against another, f32 would lose what is between those
+        // that are seen. Those that are too far to be seen are left out.
+        let count = candidates.nodes.len();
+        let cut: Vec<Biquadratic> = std::iter::once(Biquadratic::default())
+            .chain((1..count).map(|i| about(i - 1)))
+            .collect();
+        let value = |i: usize| cut[i].0[0][0];
+        let winner = (0..count).fold(0, |best, i| if value(i) > value(best) { i } else { best });
+        let ahead = |i: usize| cut[i].minus(&cut[winner]);
+        let seen = |i: &usize| {
+            let cut = ahead(*i);
+            *i == winner || cut.0[0][0] > -cut.sway(reach)
+        };
+        // The winner first, and the others in order.
+        let order: Vec<usize> = std::iter::once(winner)
+            .chain((0..count).filter(|&i| i != winner))
+            .filter(seen)
+            .collect();
+        let kept = candidates.kept(&order);
+        match kept.regions.iter().all(|&region| region == kept.regions[0]) {
+            true => pack::SOLID | kept.regions[0],
+            false => pack::push_cuts(&kept, |k| ahead(order[k + 1]), first, &mut self.cuts),
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! The wgpu back end: device, pipeline and scenes, for drawing into memory (`readback`).
+
+use super::close::Close;
+use super::pack::{Format, Packed, Table};
+use super::view::{Layer, ViewUniforms};
+use super::{failed, picture};
+use crate::error::{Error, Result};
+use crate::model::{Image, RegionId};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The largest texture side that is asked for, and so the largest target. Every WebGPU device has it.
+pub(super) const MAX_SIDE: u32 = 8192;
+
+/// From one layer's uniforms to the next: what every device allows.
+const UNIFORM_STEP: u32 = 256;
+
+/// A device with the pipeline that paints scenes. It draws any number of them.
+pub(super) struct Gpu {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    layouts: [wgpu::BindGroupLayout; 2],
+    pipeline: wgpu::RenderPipeline,
+    max_side: u32,
+    failure: Failure,
+}
+
+/// A picture's textures on the device that made them.
+pub struct Scene {
+    pub(super) image: Arc<Image>,
+    tables: Vec<wgpu::Texture>,
+    bindings: wgpu::BindGroup,
+    /// What takes the place of two of the tables from close by, and all bound.
+    close: [wgpu::Texture; 2],
+    close_bindings: wgpu::BindGroup,
+}
+
+/// The first thing that went wrong on the device. wgpu reports it in a callback.
+#[derive(Clone, Default)]
+struct Failure(Arc<Mutex<Option<String>>>);
+
+impl Failure {
+    fn set(&self, what: String) {
+        let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        first.get_or_insert(what);
+    }
+
+    fn check(&self) -> Result<()> {
+        match &*self.0.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some(what) => Err(Error::Gpu(what.clone())),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Gpu {
+    /// Takes a device of `adapter` and builds the pipeline for targets of `format`, which are at
+    /// most `max_side` wide and high.
+    pub async fn new(
+        adapter: &wgpu::Adapter,
+        format: wgpu::TextureFormat,
+        max_side: u32,
+    ) -> Result<Self> {
+        let (device, queue) = adapter
+            .request_device(&wgpu::DeviceDescriptor {
+                required_limits: wgpu::Limits {
+                    max_texture_dimension_2d: max_side,
+                    ..wgpu::Limits::downlevel_webgl2_defaults()
+                },
+                ..Default::default()
+            })
+            .await
+            .map_err(|e| failed("the GPU gave no device", e))?;
+        let failure = Failure::default();
+        let uncaptured = failure.clone();
+        device.on_uncaptured_error(Arc::new(move |e| uncaptured.set(describe(e))));
+        let lost = failure.clone();
+        device.set_device_lost_callback(move |_, why| {
+            lost.set(failed("the GPU device was lost", why).to_string());
+        });
+
+        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let layouts = bind_group_layouts(&device);
+        let pipeline = pipeline(&device, &layouts, format);
+        if let Some(e) = scope.pop().await {
+            return Err(Error::Gpu(describe(e)));
+        }
+        failure.check()?;
+        Ok(Gpu { device, queue, layouts, pipeline, max_side, failure })
+    }
+
+    /// The largest side of a target.
+    pub fn max_side(&self) -> u32 {
+        self.max_side
+    }
+
+    /// Makes a scene of a picture.
+    pub fn upload(&self, image: Arc<Image>) -> Result<Scene> {
+        self.failure.check()?;
+        let packed = Packed::new(&image)?;
+        let tables: Vec<wgpu::Texture> =
+            packed.tables().iter().map(|table| self.create_table(table)).collect();
+        let close = Close::room().map(|table| self.create_table(&table));
+        let [blocks, cells, cuts, styles] = &tables[..] else { unreachable!("there are four") };
+        let bindings = self.bind_tables([blocks, cells, cuts, styles]);
+        let close_bindings = self.bind_tables([blocks, &close[0], &close[1], styles]);
+        self.failure.check()?;
+        Ok(Scene { image, tables, bindings, close, close_bindings })
+    }
+
+    fn bind_tables(&self, tables: [&wgpu::Texture; 4]) -> wgpu::BindGroup {
+        let views = tables.map(|table| table.create_view(&Default::default()));
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
+            .zip(&views)
+            .map(|(binding, view)| wgpu::BindGroupEntry {
+                binding,
+                resource: wgpu::BindingResource::TextureView(view),
+            })
+            .collect();
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.layouts[1],
+            entries: &entries,
+        })
+    }
+
+    /// Gives a region another colour.
+    pub fn set_style(&self, scene: &Scene, region: RegionId, color: [u8; 4]) {
+        let [x, y] = Packed::style_place(region);
+        let table = &scene.tables[Packed::STYLES];
+        if x < table.width() && y < table.height() {
+            self.write(table, [x, y], [1, 1], &color);
+        }
+    }
+
+    /// Draws scenes, one over the other, into `view`.
+    pub fn draw(
+        &self,
+        layers: &[(&Scene, Layer)],
+        view: &wgpu::TextureView,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<()> {
+        self.failure.check()?;
+        let uniforms = self.bind_uniforms(layers);
+        for (scene, layer) in layers {
+            for (i, bytes) in layer.close.iter().flat_map(|close| close.words()).enumerate() {
+                let table = &scene.close[i];
+                self.write(table, [0, 0], [table.width(), table.height()], &bytes);
+            }
+        }
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        for (i, (scene, layer)) in (0..).zip(layers) {
+            let [from, to] = layer.own;
+            pass.set_scissor_rect(from[0], from[1], to[0] - from[0], to[1] - from[1]);
+            pass.set_bind_group(0, &uniforms, &[i * UNIFORM_STEP]);
+            let tables =
+                if layer.close.is_some() { &scene.close_bindings } else { &scene.bindings };
+            pass.set_bind_group(1, tables, &[]);
+            pass.draw(0..3, 0..1);
+        }
+        Ok(())
+    }
+
+    /// A buffer with the layers' uniforms, bound.
+    fn bind_uniforms(&self, layers: &[(&Scene, Layer)]) -> wgpu::BindGroup {
+        let mut bytes = vec![0; layers.len().max(1) * UNIFORM_STEP as usize];
+        for (place, (_, layer)) in bytes.chunks_exact_mut(UNIFORM_STEP as usize).zip(layers) {
+            place[..ViewUniforms::SIZE].copy_from_slice(&layer.uniforms.to_bytes());
+        }
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: bytes.len() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue.write_buffer(&buffer, 0, &bytes);
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.layouts[0],
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer: &buffer,
+                    offset: 0,
+                    size: std::num::NonZero::new(ViewUniforms::SIZE as u64),
+                }),
+            }],
+        })
+    }
+
+    /// Whether nothing has gone wrong so far, as far as is known yet.
+    pub fn check(&self) -> Result<()> {
+        self.failure.check()
+    }
+
+    fn create_table(&self, table: &Table<'_>) -> wgpu::Texture {
+        let [width, height] = table.size;
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: match table.format {
+                Format::R32Uint => wgpu::TextureFormat::R32Uint,
+                Format::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
+                Format::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,
+            },
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        if !table.bytes.is_empty() {
+            self.write(&texture, [0, 0], table.size, table.bytes);
+        }
+        texture
+    }
+
+    fn write(&self, texture: &wgpu::Texture, [x, y]: [u32; 2], size: [u32; 2], bytes: &[u8]) {
+        let [width, height] = size;
+        self.queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                texture,
+                mip_level: 0,
+                origin: wgpu::Origin3d { x, y, z: 0 },
+                aspect: wgpu::TextureAspect::All,
+            },
+            bytes,
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some((bytes.len() / height as usize) as u32),
+                rows_per_image: None,
+            },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+    }
+}
+
+/// The view's uniforms, one block for each layer, and the scene's tables.
+fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty,
+        count: None,
+    };
+    let uniforms = entry(
+        0,
+        wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: true,
+            min_binding_size: None,
+        },
+    );
+    let tables: Vec<wgpu::BindGroupLayoutEntry> = (0..)
+        .zip(Packed::FORMATS)
+        .map(|(binding, format)| {
+            let sample_type = match format {
+                Format::Rgba8Unorm => wgpu::TextureSampleType::Float { filterable: false },
+                _ => wgpu::TextureSampleType::Uint,
+            };
+            let ty = wgpu::BindingType::Texture {
+                sample_type,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            };
+            entry(binding, ty)
+        })
+        .collect();
+    [&[uniforms][..], &tables].map(|entries| {
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries })
+    })
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    layouts: &[wgpu::BindGroupLayout; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
+    let source = wgpu::ShaderSource::Wgsl(picture::WGSL.into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &layouts.each_ref().map(Some),
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: None,
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some(picture::VERTEX),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some(picture::FRAGMENT),
+            compilation_options: Default::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+fn describe(e: wgpu::Error) -> String {
+    match e {
+        wgpu::Error::OutOfMemory { .. } => "the GPU has too little memory for this picture".into(),
+        wgpu::Error::Validation { description, .. } | wgpu::Error::Internal { description, .. } => {
+            description
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Where a scene lies in a larger picture, and which part of the screen is its own.
+
+use crate::camera::Camera;
+use crate::grid::Point;
+
+/// A scene's place in the picture that a [`Camera`] looks at. Lengths are in the picture's own pixels,
+/// those of the finest level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Placement {
+    /// The pixel at which the scene starts.
+    pub origin: [u32; 2],
+    /// log₂ of the width of a pixel of the scene.
+    pub step_log2: u8,
+    /// What the scene shows, from its origin on: no more than it has. A tile at the picture's right or
+    /// lower edge may have more than there is to see.
+    pub size: [u32; 2],
+}
+
+/// What a scene shows of a view, and where on the screen.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SceneView {
+    /// The middle of the viewport, in the scene's pixels.
+    pub center: Point<2>,
+    /// Screen pixels per pixel of the scene.
+    pub scale: f64,
+    /// The last of the scene's pixels that are shown. Places beyond take what is there.
+    pub last: [u32; 2],
+    /// The viewport, in screen pixels.
+    pub viewport: [u32; 2],
+    /// The screen pixels that are this scene's own: from, to (not included). Neighbours share none and
+    /// leave none out: between them the pixel's middle decides.
+    pub own: [[u32; 2]; 2],
+    /// Where the picture ends, in screen pixels: left, top, right, lower. Pixels fade there. A
+    /// side that is none of the picture's own is far away.
+    pub edges: [f64; 4],
+}
+
+/// Further than any screen reaches, and small enough for f32 to count there.
+const FAR: f64 = 1e9;
+
+/// Sub-samples an axis at most, where a screen pixel covers several pixels of the scene.
+pub const MAX_SAMPLES: u32 = 4;
+
+impl SceneView {
+    /// Sub-samples along each axis of a screen pixel: 1, or more where it covers several pixels of the
+    /// scene, since one place cannot stand for them.
+    pub fn samples(&self) -> u32 {
+        ((1.0 / self.scale).ceil() as u32).clamp(1, MAX_SAMPLES)
+    }
+}
+
+impl Placement {
+    /// A scene that is all of a picture of that size.
+    pub fn whole(size: [u32; 2]) -> Self {
+        Placement { origin: [0; 2], step_log2: 0, size }
+    }
+
+    /// What of the scene a camera sees; `None` where it sees nothing of it. Where `fade`, pixels that
+    /// the picture covers in part belong to it.
+    pub(crate) fn seen(&self, camera: &Camera, fade: bool) -> Option<SceneView> {
+        let (center, scale, viewport) = (camera.center(), camera.scale(), camera.viewport());
+        let step = f64::from(1u32 << self.step_log2);
+        let mut view = SceneView {
+            center,
+            scale: scale * step,
+            last: [0; 2],
+            viewport,
+            own: [[0; 2]; 2],
+            edges: [-FAR, -FAR, FAR, FAR],
+        };
+        for axis in 0..2 {
+            let from = i64::from(self.origin[axis]);
+            let to = from + i64::from(self.size[axis]);
+            // The same for both scenes at a common side.
+            let on_screen = |edge: i64| {
+                let from_center = (edge - center.whole[axis]) as f64 - center.frac[axis];
+                from_center * scale + 0.5 * f64::from(viewport[axis])
+            };
+            let starts = fade && from == 0;
+            let ends = fade && to == i64::from(camera.picture()[axis]);
+            let (low, high) = (on_screen(from), on_screen(to));
+            let first = if starts { low.floor() } else { (low - 0.5).ceil() };
+            let last = if ends { high.ceil() } else { (high - 0.5).ceil() };
+            // `as` keeps to the viewport what lies before it.
+            let pixel = |at: f64| (at as u32).min(viewport[axis]);
+            (view.own[0][axis], view.own[1][axis]) = (pixel(first), pixel(last));
+            if view.own[0][axis] >= view.own[1][axis] {
+                return None;
+            }
+            if starts {
+                view.edges[axis] = low.max(-FAR);
+            }
+            if ends {
+                view.edges[axis + 2] = high.min(FAR);
+            }
+            view.last[axis] = (self.size[axis].max(1) - 1) >> self.step_log2;
+            let whole = center.whole[axis] - from;
+            view.center.whole[axis] = whole >> self.step_log2;
+            let within = whole & ((1 << self.step_log2) - 1);
+            view.center.frac[axis] = (within as f64 + center.frac[axis]) / step;
+        }
+        Some(view)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_share_no_pixel_and_leave_none_out() {
+        for scale in [0.013, 0.31, 1.0, 3.7, 1234.5, 1e9] {
+            let mut camera = Camera::new([1000, 700], [333, 222]);
+            camera.look_at(Point::new([256.0 + 0.3 / scale, 512.0 - 7.1 / scale]), scale);
+            let mut owners = vec![0; 333 * 222];
+            for y in (0..700u32).step_by(256) {
+                for x in (0..1000u32).step_by(256) {
+                    let size = [(1000 - x).min(256), (700 - y).min(256)];
+                    let tile = Placement { origin: [x, y], step_log2: 0, size };
+                    let Some(view) = tile.seen(&camera, true) else { continue };
+                    for j in view.own[0][1]..view.own[1][1] {
+                        for i in view.own[0][0]..view.own[1][0] {
+                            owners[(j * 333 + i) as usize] += 1;
+                        }
+                    }
+                }
+            }
+            let whole = Placement::whole([1000, 700]).seen(&camera, true).unwrap();
+            for (at, &count) in owners.iter().enumerate() {
+                let at = [at as u32 % 333, at as u32 / 333];
+                let inside = (0..2).all(|a| (whole.own[0][a]..whole.own[1][a]).contains(&at[a]));
+                assert_eq!(count, u32::from(inside), "{scale}× {at:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_coarse_scene_is_seen_where_the_fine_one_is() {
+        let mut camera = Camera::new([1000, 700], [300, 200]);
+        camera.look_at(Point { whole: [301, 77], frac: [0.25, 0.5] }, 12.0);
+        let tile = Placement { origin: [256, 64], step_log2: 3, size: [256, 100] };
+        let view = tile.seen(&camera, true).unwrap();
+        assert_eq!(view.scale, 96.0);
+        assert_eq!(view.last, [31, 12]);
+        assert_eq!(view.center, Point { whole: [5, 1], frac: [5.25 / 8.0, 5.5 / 8.0] });
+    }
+}
