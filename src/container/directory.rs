@@ -83,6 +83,15 @@ pub fn label_size(bytes: &[u8]) -> Result<Option<u32>> {
     Ok(is_labels.then(|| 1u32.checked_shl(header.width_log2.into()).unwrap_or(0)))
 }
 
+/// The kernel of a file's texels, or of those that are to be made for its labels.
+///
+/// # Errors
+/// As [`payload`].
+#[cfg(feature = "encode")]
+pub(crate) fn kernel(bytes: &[u8]) -> Result<Kernel> {
+    Ok(parse(bytes, &Limits { memory: u64::MAX, ..Limits::default() })?.0.kernel)
+}
+
 /// Parses header and directory, and checks that the chunks fill the file.
 pub fn parse(bytes: &[u8], limits: &Limits) -> Result<(Header, Vec<Part>)> {
     if bytes.is_empty() {

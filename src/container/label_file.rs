@@ -106,6 +106,44 @@ pub fn write_labels(
 /// # Errors
 /// As [`read`](super::read); [`Error::Usage`] for a file with another payload.
 pub fn read_labels(bytes: &[u8], limits: &Limits) -> Result<Labels> {
+    let LabelFile { header, palette, packed } = unpack_labels(bytes, limits)?;
+    let (size, scale_log2) = ([header.size[0], header.size[1]], header.width_log2);
+    let (labels, count) = labels::decode(&packed, grid::pieces(size, scale_log2), limits)?;
+    check_palette(&palette, count)?;
+    Ok(Labels { size, scale_log2, kernel: header.kernel, gamma: header.gamma, palette, labels })
+}
+
+/// As [`read_labels`], but as areas that hang together, by their first pixel: labels are numbers of areas,
+/// and the palette has an entry for each of them.
+///
+/// # Errors
+/// As [`read_labels`].
+pub(crate) fn read_areas(bytes: &[u8], limits: &Limits) -> Result<Labels> {
+    let LabelFile { header, palette, packed } = unpack_labels(bytes, limits)?;
+    let (size, scale_log2) = ([header.size[0], header.size[1]], header.width_log2);
+    let (labels, numbers, count) =
+        labels::decode_areas(&packed, grid::pieces(size, scale_log2), limits)?;
+    check_palette(&palette, count)?;
+    if numbers.len() > limits.regions as usize {
+        let message = format!("{} regions; the limit is {}", numbers.len(), limits.regions);
+        return Err(Error::Limit(message));
+    }
+    let numbers = || numbers.iter().map(|&number| number as usize);
+    let palette = match palette {
+        Palette::Colors(colors) => Palette::Colors(numbers().map(|n| colors[n]).collect()),
+        Palette::Labels(names) => Palette::Labels(numbers().map(|n| names[n]).collect()),
+    };
+    Ok(Labels { size, scale_log2, kernel: header.kernel, gamma: header.gamma, palette, labels })
+}
+
+/// A file before its labels are decoded.
+struct LabelFile {
+    header: Header,
+    palette: Palette,
+    packed: Vec<u8>,
+}
+
+fn unpack_labels(bytes: &[u8], limits: &Limits) -> Result<LabelFile> {
     let (header, parts) = directory::parse(bytes, limits)?;
     if header.payload != Payload::Labels {
         return Err(Error::Usage("the file holds texels, not labels: read those".into()));
@@ -115,19 +153,19 @@ pub fn read_labels(bytes: &[u8], limits: &Limits) -> Result<Labels> {
             "the file does not hold an image in RGB: take a newer reader".into(),
         ));
     }
-    let scale_log2 = header.width_log2;
-    if scale_log2 > MAX_SCALE_LOG2 {
+    if header.width_log2 > MAX_SCALE_LOG2 {
         return Err(Error::malformed("header", "labels for squares that are too wide"));
     }
-    let size = [header.size[0], header.size[1]];
-    limits.check_size(size)?;
+    limits.check_size([header.size[0], header.size[1]])?;
     let [palette, packed] = all(unpack(bytes, &parts, &KNOWN)?, &KNOWN)?;
-    let palette = unpack_palette(&palette)?;
-    let (labels, count) = labels::decode(&packed, grid::pieces(size, scale_log2), limits)?;
-    if count as usize != palette.len() {
-        return Err(Error::malformed("palette", "not as many as there are labels"));
+    Ok(LabelFile { header, palette: unpack_palette(&palette)?, packed })
+}
+
+fn check_palette(palette: &Palette, count: u32) -> Result<()> {
+    match palette.len() == count as usize {
+        true => Ok(()),
+        false => Err(Error::malformed("palette", "not as many as there are labels")),
     }
-    Ok(Labels { size, scale_log2, kernel: header.kernel, gamma: header.gamma, palette, labels })
 }
 
 const COLORS: u8 = 0;

@@ -15,7 +15,11 @@ mod texels;
 #[cfg(feature = "encode")]
 mod write;
 
+#[cfg(feature = "encode")]
+pub(crate) use directory::kernel;
 pub use directory::{Part, Payload, label_size, parts, payload};
+#[cfg(feature = "encode")]
+pub(crate) use label_file::read_areas;
 #[cfg(feature = "encode")]
 pub use label_file::{Labels, MAX_SCALE_LOG2, Palette, Squares, read_labels, write_labels};
 #[cfg(feature = "encode")]

@@ -269,12 +269,8 @@ impl Editor<'_> {
         }
         let turn = turn?;
         tracer.curves.set_misses(run.misses);
-        let head = Head::new(
-            &tracer.lattice,
-            &run.path,
-            (run.corner, run.d),
-            (tracer.origin, run.steps),
-        );
+        let head =
+            Head::new(&tracer.lattice, &run.path, (run.corner, run.d), (tracer.origin, run.steps));
         let step = Step::new(&head, &tracer.curves);
         let mut ask = |states, k: usize| {
             let contexts = step.contexts_in(trace::number(states));
