@@ -35,6 +35,8 @@ pub mod raster;
 #[cfg(feature = "encode")]
 pub mod complex;
 #[cfg(feature = "encode")]
+mod direct;
+#[cfg(feature = "encode")]
 pub mod embed;
 #[cfg(feature = "encode")]
 mod encode;

@@ -1,10 +1,12 @@
 //! Any file to a model, and sources to files without loss: what joins the container with the encoder.
 
-use crate::container::{self, Labels, Palette, Payload, Squares};
+use crate::container::{self, Labels, Layout, Palette, Payload, Squares};
+use crate::direct;
 use crate::encode::{EncodeOptions, fit_to_labels};
 use crate::error::Result;
 use crate::grid;
-use crate::labels::{Connectivity, Source, components};
+use crate::kernel::Kernel;
+use crate::labels::{Connectivity, Source, components, label_color};
 use crate::limits::Limits;
 use crate::model::{Block, Cells, Image, Lists, Node, Region, RegionId};
 use rayon::prelude::*;
@@ -14,10 +16,29 @@ use rayon::prelude::*;
 /// # Errors
 /// As [`container::read`].
 pub fn open(bytes: &[u8], limits: &Limits) -> Result<Image> {
-    if container::payload(bytes)? == Payload::Texels {
+    let index = container::Index::of_whole(bytes, limits)?;
+    if index.payload() == Payload::Texels {
         return container::read(bytes, limits);
     }
-    fitted(container::read_labels(bytes, limits)?, limits)
+    let Layout { kernel, block_log2: scale_log2, .. } = *index.layout();
+    if kernel != Kernel::Quadratic || scale_log2 != 0 {
+        return fitted(container::read_labels(bytes, limits)?, limits);
+    }
+    Ok(drawn(container::read_areas(bytes, limits)?))
+}
+
+/// log₂ of the width of a block where every pixel at a boundary has its texel: as little as pays.
+const BLOCK_LOG2: u8 = 4;
+
+/// The model straight from areas.
+fn drawn(areas: Labels) -> Image {
+    let Labels { size, gamma, palette, labels, .. } = areas;
+    let colors = match palette {
+        Palette::Colors(colors) => colors,
+        Palette::Labels(names) => names.into_iter().map(label_color).collect(),
+    };
+    let regions = colors.into_iter().map(|color| Region { color }).collect();
+    direct::model(direct::Areas { size, labels: &labels, regions }, gamma, BLOCK_LOG2)
 }
 
 /// The model with texels fitted to labels.

@@ -108,30 +108,70 @@ pub fn write_labels(
 /// # Errors
 /// As [`read`](super::read); [`Error::Usage`] for a file with another payload.
 pub fn read_labels(bytes: &[u8], limits: &Limits) -> Result<Labels> {
+    let LabelFile { layout, palette, packed } = unpack_labels(bytes, limits)?;
+    let Layout { size, block_log2: scale_log2, kernel, gamma, .. } = layout;
+    let (labels, count) = labels::decode(&packed, grid::pieces(size, scale_log2), limits)?;
+    check_palette(&palette, count)?;
+    Ok(Labels { size, scale_log2, kernel, gamma, palette, labels })
+}
+
+/// As [`read_labels`], but as areas that hang together, by their first pixel: labels are numbers of areas,
+/// and the palette has an entry for each of them.
+///
+/// # Errors
+/// As [`read_labels`].
+pub(crate) fn read_areas(bytes: &[u8], limits: &Limits) -> Result<Labels> {
+    let LabelFile { layout, palette, packed } = unpack_labels(bytes, limits)?;
+    let Layout { size, block_log2: scale_log2, kernel, gamma, .. } = layout;
+    let (labels, numbers, count) =
+        labels::decode_areas(&packed, grid::pieces(size, scale_log2), limits)?;
+    check_palette(&palette, count)?;
+    if numbers.len() > limits.regions as usize {
+        let message = format!("{} regions; the limit is {}", numbers.len(), limits.regions);
+        return Err(Error::Limit(message));
+    }
+    let numbers = || numbers.iter().map(|&number| number as usize);
+    let palette = match palette {
+        Palette::Colors(colors) => Palette::Colors(numbers().map(|n| colors[n]).collect()),
+        Palette::Labels(names) => Palette::Labels(numbers().map(|n| names[n]).collect()),
+    };
+    Ok(Labels { size, scale_log2, kernel, gamma, palette, labels })
+}
+
+/// A file before its labels are decoded.
+struct LabelFile {
+    layout: Layout,
+    palette: Palette,
+    packed: Vec<u8>,
+}
+
+fn unpack_labels(bytes: &[u8], limits: &Limits) -> Result<LabelFile> {
     let index = Index::of_whole(bytes, limits)?;
     if index.payload() != Payload::Labels {
         return Err(Error::Usage("the file holds texels, not labels: read those".into()));
     }
-    let Layout { size, block_log2: scale_log2, kernel, gamma, .. } = *index.layout();
-    if scale_log2 > MAX_SCALE_LOG2 {
+    let layout = *index.layout();
+    if layout.block_log2 > MAX_SCALE_LOG2 {
         return Err(Error::malformed("header", "labels for squares that are too wide"));
     }
-    if index.layout().tiles().nth(1).is_some() {
+    if layout.tiles().nth(1).is_some() {
         return Err(Error::Unsupported(
             "the file holds labels in several tiles: take a newer reader".into(),
         ));
     }
-    limits.check_size(size)?;
+    limits.check_size(layout.size)?;
     let Found::Tile(range) = index.find(ONLY)? else { return Err(absent(ONLY)) };
     let tile = slice(bytes, &range)?;
     index.check_tile(ONLY, tile)?;
     let [palette, packed] = chunks::all(chunks::unpack(tile, &KNOWN, limits)?, &KNOWN)?;
-    let palette = unpack_palette(&palette)?;
-    let (labels, count) = labels::decode(&packed, grid::pieces(size, scale_log2), limits)?;
-    if count as usize != palette.len() {
-        return Err(Error::malformed("palette", "not as many as there are labels"));
+    Ok(LabelFile { layout, palette: unpack_palette(&palette)?, packed })
+}
+
+fn check_palette(palette: &Palette, count: u32) -> Result<()> {
+    match palette.len() == count as usize {
+        true => Ok(()),
+        false => Err(Error::malformed("palette", "not as many as there are labels")),
     }
-    Ok(Labels { size, scale_log2, kernel, gamma, palette, labels })
 }
 
 const COLORS: u8 = 0;

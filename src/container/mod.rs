@@ -28,6 +28,8 @@ pub use cut::cut_tile;
 pub use index::{FIRST_BYTES, Found, Index, Opened, Payload, payload};
 pub use join::join;
 #[cfg(feature = "encode")]
+pub(crate) use label_file::read_areas;
+#[cfg(feature = "encode")]
 pub use label_file::{Labels, MAX_SCALE_LOG2, Palette, Squares, read_labels, write_labels};
 #[cfg(feature = "encode")]
 pub(crate) use labels::simplify as simplify_labels;

@@ -6,3 +6,4 @@ mod source;
 
 pub use components::{Connectivity, Regions, components};
 pub use source::Source;
+pub(crate) use source::label_color;

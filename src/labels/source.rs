@@ -120,15 +120,17 @@ impl<const D: usize> Source<D> {
     pub fn color(&self, class: u32) -> [u8; 4] {
         match self.meaning {
             Meaning::Color => class.to_le_bytes(),
-            Meaning::Label if class == 0 => [0; 4],
             Meaning::Label => label_color(class),
         }
     }
 }
 
-/// A colour for a label: hues a golden angle apart, so that labels next to each other in number
+/// The colour of a label: transparent for 0, made up for every other. hues a golden angle apart, so that labels next to each other in number
 /// differ most, at three lightnesses.
-fn label_color(label: u32) -> [u8; 4] {
+pub(crate) fn label_color(label: u32) -> [u8; 4] {
+    if label == 0 {
+        return [0; 4];
+    }
     let hue = (f64::from(label) * 0.618_033_988_749_895).fract() * 6.0;
     let value = [0.85, 0.7, 0.95][(label / 7 % 3) as usize];
     let saturation = [0.55, 0.7, 0.4][(label / 3 % 3) as usize];

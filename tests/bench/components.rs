@@ -72,13 +72,13 @@ fn check(name: &str, regions: &Regions<2>) {
     assert_eq!(regions.classes.len(), expected, "{name}");
 }
 
-fn with_threads<T: Send>(threads: usize, run: impl Fn() -> T + Sync) -> (f64, T) {
+pub fn with_threads<T: Send>(threads: usize, run: impl Fn() -> T + Sync) -> (f64, T) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("threads can be started").install(|| least(&run))
 }
 
 /// The least seconds, and what came out.
-fn least<T>(run: impl Fn() -> T) -> (f64, T) {
+pub fn least<T>(run: impl Fn() -> T) -> (f64, T) {
     let timed = || {
         let start = Instant::now();
         let result = run();

@@ -23,24 +23,54 @@ pub const BRANCH_ROWS: usize = 16;
 
 /// Where a chain has come to.
 pub struct Head<'a> {
-    pub lattice: &'a Lattice,
-    pub path: &'a Path,
+    lattice: &'a Lattice,
+    path: &'a Path,
     /// The corner, and the direction in which it was reached.
-    pub corner: Corner,
-    pub direction: u32,
+    corner: Corner,
+    direction: u32,
     /// Where the component started, and steps since.
-    pub origin: Corner,
-    pub steps: u32,
+    origin: Corner,
+    steps: u32,
+    /// Where corners around it are all inside the lattice: its place there, and what a step ahead and one
+    /// to the left add to that.
+    inner: Option<(u32, [i32; 2])>,
 }
 
-impl Head<'_> {
+/// How far ahead and aside is looked.
+const SIGHT: i32 = 9;
+
+impl<'a> Head<'a> {
+    /// After so many steps from where the component started, at a corner that was reached in some
+    /// direction.
+    pub fn new(
+        lattice: &'a Lattice,
+        path: &'a Path,
+        (corner, direction): (Corner, u32),
+        (origin, steps): (Corner, u32),
+    ) -> Self {
+        let mut head = Head { lattice, path, corner, direction, origin, steps, inner: None };
+        let beyond = [-SIGHT, SIGHT].map(|by| Corner { x: corner.x + by, y: corner.y + by });
+        if beyond.iter().all(|&c| lattice.contains(c)) {
+            let at = lattice.pack(corner);
+            let step = |c: Corner| lattice.pack(c).wrapping_sub(at) as i32;
+            let left = corner.ahead((direction + 3) & 3, head.hand());
+            head.inner = Some((at, [step(corner.ahead(direction, 1)), step(left)]));
+        }
+        head
+    }
+
     /// 1 where the last turn was left, −1 where everything is mirrored.
     fn hand(&self) -> i32 {
         if self.path.turned() == RIGHT { -1 } else { 1 }
     }
 
     /// Whether the corner so far ahead and to the left has been seen.
+    #[inline]
     fn seen(&self, ahead: i32, left: i32) -> u32 {
+        if let Some((at, steps)) = self.inner {
+            let by = ahead * steps[0] + left * steps[1];
+            return self.lattice.seen_at(at.wrapping_add_signed(by)).into();
+        }
         let side = (self.direction + 3) & 3;
         let corner = self.corner.ahead(self.direction, ahead).ahead(side, left * self.hand());
         self.lattice.seen(corner).into()
@@ -53,7 +83,8 @@ impl Head<'_> {
 
     /// Steps to the next seen corner in a direction, at most 10.
     fn ray(&self, ahead: i32, left: i32) -> u32 {
-        (1..10).find(|&n| self.seen(n * ahead, n * left) == 1).unwrap_or(10) as u32
+        let steps = 1..=SIGHT;
+        steps.into_iter().find(|&n| self.seen(n * ahead, n * left) == 1).unwrap_or(SIGHT + 1) as u32
     }
 
     /// Where the component started: ahead and to the left, each −9..=9.
@@ -132,8 +163,7 @@ impl Step {
     pub fn new(head: &Head<'_>, curves: &Curves) -> Self {
         let turns = head.path.turns();
         let hand = i64::from(head.hand());
-        let recent = head.path.recent();
-        let passes = curves.fits.each_ref().map(|fit| fit.pass(&recent, head.direction));
+        let passes = curves.fits.each_ref().map(|fit| fit.pass(head.path, head.direction));
         let classes = passes.map(|pass| class(pass, hand));
         let opinion = |value: i64| (value >> 6).clamp(-1023, 1023) as i32;
         // A step ahead parts two pixels, half a pixel to both sides of it.

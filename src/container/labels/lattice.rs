@@ -136,6 +136,12 @@ impl Lattice {
         !self.contains(c) || self.marks[self.index(c)] & SEEN != 0
     }
 
+    /// The same of a corner by its number.
+    #[inline]
+    pub fn seen_at(&self, at: u32) -> bool {
+        self.marks[at as usize] & SEEN != 0
+    }
+
     pub fn see(&mut self, c: Corner) {
         let at = self.index(c);
         self.marks[at] |= SEEN;

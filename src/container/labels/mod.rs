@@ -93,6 +93,47 @@ pub fn encode(size: [u32; 2], labels: &[u32], limits: &Limits) -> Result<Coded> 
 /// [`Error::Malformed`] for damaged bytes, as far as damage shows, [`Error::Limit`] for a picture that
 /// is larger than `limits` allow, and [`Error::Usage`] for one without pixels.
 pub fn decode(bytes: &[u8], size: [u32; 2], limits: &Limits) -> Result<(Vec<u32>, u32)> {
+    let (faces, numbers, count) = decode_faces(bytes, size, limits)?;
+    let mut labels = faces.ids;
+    for label in &mut labels {
+        *label = numbers[*label as usize];
+    }
+    Ok((labels, count))
+}
+
+/// The same as areas of one label that hang together: the area of each pixel, row by row, areas by their
+/// first pixel; the number of the label of each; and how many there are of these.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_areas(
+    bytes: &[u8],
+    size: [u32; 2],
+    limits: &Limits,
+) -> Result<(Vec<u32>, Vec<u32>, u32)> {
+    let (faces, by_id, count) = decode_faces(bytes, size, limits)?;
+    let mut areas: Vec<u32> = Vec::with_capacity(faces.ids());
+    let mut numbers = Vec::new();
+    for id in 0..faces.ids() as u32 {
+        // A face is the first of its ids.
+        let area = match faces.face(id) {
+            face if face == id => {
+                numbers.push(by_id[id as usize]);
+                numbers.len() as u32 - 1
+            }
+            face => areas[face as usize],
+        };
+        areas.push(area);
+    }
+    let mut labels = faces.ids;
+    for label in &mut labels {
+        *label = areas[*label as usize];
+    }
+    Ok((labels, numbers, count))
+}
+
+/// The faces, the number of the label of each by any of its ids, and how many labels there are.
+fn decode_faces(bytes: &[u8], size: [u32; 2], limits: &Limits) -> Result<(Faces, Vec<u32>, u32)> {
     let pixels = check(size, limits)?;
     let mut reader = Reader::new("labels", bytes);
     let count = reader.varint()?;
@@ -111,11 +152,7 @@ pub fn decode(bytes: &[u8], size: [u32; 2], limits: &Limits) -> Result<(Vec<u32>
         .filter(|_| decoder.at_end() && !decoder.exhausted())
         .ok_or_else(|| reader.error("the numbers of its labels do not hold"))?
         .by_id();
-    let mut labels = faces.ids;
-    for label in &mut labels {
-        *label = numbers[*label as usize];
-    }
-    Ok((labels, count))
+    Ok((faces, numbers, count))
 }
 
 /// Checks a size against limits, and returns the number of pixels.

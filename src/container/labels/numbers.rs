@@ -21,7 +21,7 @@ const REACH: u32 = 48;
 /// Looks at rays that all faces together may have: with many faces, none looks far.
 const LOOKS: usize = 1 << 20;
 /// Directions in which they are looked for: right, down, left and up first.
-const RAYS: [(i64, i64); 16] = [
+const RAYS: [(i32, i32); 16] = [
     (2, 0),
     (0, 2),
     (-2, 0),
@@ -39,6 +39,43 @@ const RAYS: [(i64, i64); 16] = [
     (1, -2),
     (2, -1),
 ];
+
+/// The places that are looked at, as steps from a face's first pixel: all of one distance, ray by ray, then
+/// those of the next.
+struct Rays {
+    reach: u32,
+    steps: Vec<Step>,
+}
+
+struct Step {
+    by: [i32; 2],
+    /// What it adds to the number of a pixel.
+    offset: i64,
+}
+
+impl Rays {
+    fn new(width: u32, reach: u32) -> Self {
+        let step = |distance: i32, (dx, dy): (i32, i32)| {
+            let by = [dx * distance / 2, dy * distance / 2];
+            Step { by, offset: i64::from(by[0]) + i64::from(by[1]) * i64::from(width) }
+        };
+        let distances = 1..=reach as i32;
+        let steps = distances.flat_map(|n| RAYS.map(|ray| step(n, ray))).collect();
+        Rays { reach, steps }
+    }
+}
+
+/// The nearest labels that a face does not touch, with their distances, nearest first.
+struct Near {
+    labels: [(u32, u32); NEARBY],
+    count: usize,
+}
+
+impl Near {
+    fn labels(&self) -> &[(u32, u32)] {
+        &self.labels[..self.count]
+    }
+}
 
 /// Binary digits of a number: what is like it, in a context.
 fn digits(value: u32) -> u64 {
@@ -67,14 +104,16 @@ impl<'a> Numbers<'a> {
 
         let mut numbers = Numbers { size, faces, of: vec![UNKNOWN; faces.ids()] };
         let order = faces.by_size();
-        let reach = (LOOKS / order.len().max(1)).clamp(2, REACH as usize) as i64;
+        let reach = (LOOKS / order.len().max(1)).clamp(2, REACH as usize) as u32;
+        let rays = Rays::new(size[0], reach);
         let mut used = 0;
         for face in order {
             if coder.exhausted() {
                 return None;
             }
             let want = truth(faces.first(face));
-            let (outer, nearby) = numbers.around(face, reach);
+            let (outer, nearby) = numbers.around(face, &rays);
+            let nearby = nearby.labels();
             let far = |k: usize| nearby.get(k).map_or(15, |near: &(u32, u32)| digits(near.1));
             let large = digits(faces.size(face));
             let outer = u64::from(outer.wrapping_add(1).min(255));
@@ -138,42 +177,47 @@ impl<'a> Numbers<'a> {
     }
 
     /// The number of the face above a face, and the nearest that it does not touch with their distance, nearest first.
-    fn around(&self, face: u32, reach: i64) -> (u32, Vec<(u32, u32)>) {
-        let width = i64::from(self.size[0]);
-        let at = i64::from(self.faces.first(face));
+    fn around(&self, face: u32, rays: &Rays) -> (u32, Near) {
+        let width = self.size[0];
+        let at = self.faces.first(face);
         let (x, y) = (at % width, at / width);
-        let inside =
-            |x: i64, y: i64| (0..width).contains(&x) && (0..i64::from(self.size[1])).contains(&y);
-        let number = |x: i64, y: i64| {
-            if !inside(x, y) {
-                return UNKNOWN;
-            }
-            self.of[self.faces.face(self.faces.ids[(y * width + x) as usize]) as usize]
+        let reach = rays.reach;
+        let is_inner = [(x, width), (y, self.size[1])]
+            .iter()
+            .all(|&(along, side)| along >= reach && along + reach < side);
+        // The id of the face at a step from the first pixel, where the picture has one.
+        let id = |step: &Step| {
+            let is_there = is_inner
+                || (x.wrapping_add_signed(step.by[0]) < width
+                    && y.wrapping_add_signed(step.by[1]) < self.size[1]);
+            is_there.then(|| self.faces.ids[(i64::from(at) + step.offset) as usize])
         };
-        let own = |x: i64, y: i64| {
-            inside(x, y) && self.faces.face(self.faces.ids[(y * width + x) as usize]) == face
-        };
+        let number = |id: u32| self.of[self.faces.face(id) as usize];
         // A face has not the label of one that it touches.
-        let touching = RAYS.first_chunk::<4>().map_or([UNKNOWN; 4], |sides| {
-            sides.map(|(dx, dy)| {
-                let steps = |n: i64| (x + n * dx / 2, y + n * dy / 2);
-                let beyond = (1..=reach).map(steps).find(|&(x, y)| !own(x, y));
-                beyond.map_or(UNKNOWN, |(x, y)| number(x, y))
-            })
+        let touching: [u32; 4] = std::array::from_fn(|side| {
+            let beyond = rays.steps.chunks_exact(RAYS.len()).map(|steps| id(&steps[side]));
+            let mut beyond =
+                beyond.skip_while(|id| id.is_some_and(|id| self.faces.face(id) == face));
+            beyond.next().flatten().map_or(UNKNOWN, number)
         });
         let outer = touching[3];
-        let mut nearby = Vec::with_capacity(NEARBY);
-        for distance in 1..=reach {
-            for (dx, dy) in RAYS {
-                let near = number(x + dx * distance / 2, y + dy * distance / 2);
+        let mut nearby = Near { labels: [(UNKNOWN, 0); NEARBY], count: 0 };
+        // What a ray came upon last tells nothing again.
+        let mut last = [UNKNOWN; RAYS.len()];
+        for (distance, steps) in (1..).zip(rays.steps.chunks_exact(RAYS.len())) {
+            for (step, last) in steps.iter().zip(&mut last) {
+                let Some(id) = id(step).filter(|id| id != last) else { continue };
+                *last = id;
+                let near = number(id);
                 if near == UNKNOWN
                     || touching.contains(&near)
-                    || nearby.iter().any(|&(other, _)| other == near)
+                    || nearby.labels().iter().any(|&(other, _)| other == near)
                 {
                     continue;
                 }
-                nearby.push((near, distance as u32));
-                if nearby.len() == NEARBY {
+                nearby.labels[nearby.count] = (near, distance);
+                nearby.count += 1;
+                if nearby.count == NEARBY {
                     return (outer, nearby);
                 }
             }

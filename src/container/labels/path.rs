@@ -10,11 +10,21 @@ pub const RIGHT: u32 = 2;
 /// Steps back that anything here looks.
 pub const MEMORY: usize = 52;
 
+/// Sums are taken over so many corners at a time.
+const LANES: usize = 8;
+/// Corners that are kept, at most, and that stay when there is no more room.
+const ROOM: usize = 8 * MEMORY;
+const KEPT: usize = MEMORY + LANES;
+
 /// The last corners of a chain of cracks.
 #[derive(Clone)]
 pub struct Path {
-    xs: Vec<i32>,
-    ys: Vec<i32>,
+    /// Places along each axis, the newest last, as far as they fit: no two that are compared are farther
+    /// apart. Before the first there are some that have no meaning.
+    xs: Vec<i16>,
+    ys: Vec<i16>,
+    /// Corners, up to [`MEMORY`].
+    len: usize,
     /// The last 32 turns, two bits each, the newest lowest.
     turns: u64,
     /// The last that was not [`AHEAD`].
@@ -23,8 +33,12 @@ pub struct Path {
 
 impl Path {
     pub fn new() -> Self {
-        let room = || Vec::with_capacity(8 * MEMORY);
-        Path { xs: room(), ys: room(), turns: 0, turned: LEFT }
+        let room = || {
+            let mut room = Vec::with_capacity(ROOM);
+            room.resize(LANES, 0);
+            room
+        };
+        Path { xs: room(), ys: room(), len: 0, turns: 0, turned: LEFT }
     }
 
     /// What leads to `c` when the way goes on in direction `d`: the known cracks behind, followed back
@@ -58,8 +72,9 @@ impl Path {
                 break;
             }
         }
-        self.xs.clear();
-        self.ys.clear();
+        self.xs.truncate(LANES);
+        self.ys.truncate(LANES);
+        self.len = 0;
         (self.turns, self.turned) = (0, LEFT);
         for &corner in corners[..=n].iter().rev() {
             self.reach(corner);
@@ -70,12 +85,13 @@ impl Path {
     }
 
     pub fn reach(&mut self, c: Corner) {
-        if self.xs.len() == 8 * MEMORY {
-            self.xs.drain(..7 * MEMORY);
-            self.ys.drain(..7 * MEMORY);
+        if self.xs.len() == ROOM {
+            self.xs.drain(..ROOM - KEPT);
+            self.ys.drain(..ROOM - KEPT);
         }
-        self.xs.push(c.x);
-        self.ys.push(c.y);
+        self.xs.push(c.x as i16);
+        self.ys.push(c.y as i16);
+        self.len = (self.len + 1).min(MEMORY);
     }
 
     pub fn turn(&mut self, turn: u32) {
@@ -83,18 +99,6 @@ impl Path {
         if turn != AHEAD {
             self.turned = turn;
         }
-    }
-
-    pub fn recent(&self) -> Recent {
-        let mut recent =
-            Recent { xs: [0; MEMORY], ys: [0; MEMORY], len: self.xs.len().min(MEMORY) };
-        for (to, from) in [(&mut recent.xs, &self.xs), (&mut recent.ys, &self.ys)] {
-            let newest = from.last().copied().unwrap_or(0);
-            for (to, from) in to.iter_mut().zip(from.iter().rev()) {
-                *to = (from - newest) as i16;
-            }
-        }
-        recent
     }
 
     /// [`LEFT`] or [`RIGHT`], whichever was the last turn; at first left.
@@ -112,21 +116,19 @@ impl Path {
     }
 }
 
-/// The last corners of a path, the newest first, as seen from that.
-pub struct Recent {
-    xs: [i16; MEMORY],
-    ys: [i16; MEMORY],
-    len: usize,
-}
-
 /// A curve through the last corners of a path, by least squares over the number of steps: a line, or
 /// for large windows a parabola.
 pub struct Fit {
-    /// For each corner, newest first, its weight in the curve's place half a step ahead, in 2⁻¹⁴.
-    place: Vec<i16>,
+    corners: usize,
+    /// For each corner, newest last, its weight in the curve's place half a step ahead, in 2⁻¹⁴. Before
+    /// the first there are zeros.
+    place: Vec<[i16; LANES]>,
     /// The same in the curve's direction there, in 2⁻¹⁶.
-    direction: Vec<i16>,
+    direction: Vec<[i16; LANES]>,
 }
+
+/// 1 in fixed point, as far as products with it fit.
+const ONE: u64 = 1 << 34;
 
 /// Where a curve passes the middle of the crack ahead.
 #[derive(Clone, Copy, Default)]
@@ -148,12 +150,16 @@ impl Fit {
         let us = || (0..n).map(|i| 2 * i + 1 - n);
         let norm: [i64; 3] = std::array::from_fn(|k| us().map(|u| value(k, u).pow(2)).sum());
         let ahead = -n;
-        let weights = |scale: i64, of: &dyn Fn(usize) -> i64| -> Vec<i16> {
+        let weights = |scale: i64, of: &dyn Fn(usize) -> i64| -> Vec<[i16; LANES]> {
             let part = |k: usize, u| of(k) * value(k, u) * scale / norm[k];
-            us().map(|u| (0..=degree).map(|k| part(k, u)).sum::<i64>() as i16).collect()
+            let weight = |u: i64| (0..=degree).map(|k| part(k, u)).sum::<i64>() as i16;
+            let mut weights = vec![0; (n as usize).next_multiple_of(LANES) - n as usize];
+            weights.extend(us().rev().map(weight));
+            weights.as_chunks().0.to_vec()
         };
         // u falls by two a step.
         Fit {
+            corners: n as usize,
             place: weights(1 << 14, &|k| value(k, ahead)),
             direction: weights(1 << 16, &|k| -2 * slope(k, ahead)),
         }
@@ -161,26 +167,43 @@ impl Fit {
 
     /// How the curve passes the crack from the path's end in direction `d`; none where the path is too
     /// short.
-    pub fn pass(&self, path: &Recent, d: u32) -> Option<Pass> {
-        if path.len < self.place.len() {
+    pub fn pass(&self, path: &Path, d: u32) -> Option<Pass> {
+        if path.len < self.corners {
             return None;
         }
-        let place = [&path.xs, &path.ys].map(|along| i64::from(dot(&self.place, along)) * 4);
-        let [vx, vy] = [&path.xs, &path.ys].map(|along| i64::from(dot(&self.direction, along)));
-        let norm = (vx.abs() + vy.abs()).max(1);
+        let [x, y] = [&path.xs, &path.ys].map(|along| self.sums(along));
+        let place = [x[0], y[0]].map(|sum| i64::from(sum) * 4);
+        let [vx, vy] = [x[1], y[1]].map(i64::from);
+        // One division for three.
+        let per_norm = ONE / (vx.unsigned_abs() + vy.unsigned_abs()).max(1);
+        let over_norm = |value: i64| (value * per_norm as i64) >> ONE.ilog2();
         let step = Corner { x: 0, y: 0 }.ahead(d, 1);
         let (ux, uy) = (i64::from(step.x), i64::from(step.y));
         let [mx, my] = [32768 * ux - place[0], 32768 * uy - place[1]];
         Some(Pass {
-            offset: (vx * my - vy * mx) / norm,
-            ahead: (ux * vx + uy * vy) * 65536 / norm,
-            right: (ux * vy - uy * vx) * 65536 / norm,
+            offset: over_norm(vx * my - vy * mx),
+            ahead: over_norm((ux * vx + uy * vy) << 16),
+            right: over_norm((ux * vy - uy * vx) << 16),
         })
     }
-}
 
-fn dot(weights: &[i16], values: &[i16]) -> i32 {
-    weights.iter().zip(values).map(|(&weight, &value)| i32::from(weight) * i32::from(value)).sum()
+    /// The curve's place and direction along one axis, as seen from the newest of some places.
+    #[inline]
+    fn sums(&self, along: &[i16]) -> [i32; 2] {
+        let newest = along.last().copied().unwrap_or(0);
+        let from = along.len() - self.place.len() * LANES;
+        let mut sums = [[0i32; LANES]; 2];
+        let weights = self.place.iter().zip(&self.direction);
+        for (values, (place, direction)) in along[from..].as_chunks::<LANES>().0.iter().zip(weights)
+        {
+            for lane in 0..LANES {
+                let value = i32::from(values[lane].wrapping_sub(newest));
+                sums[0][lane] += value * i32::from(place[lane]);
+                sums[1][lane] += value * i32::from(direction[lane]);
+            }
+        }
+        sums.map(|sums| sums.iter().sum())
+    }
 }
 
 #[cfg(test)]
@@ -198,19 +221,19 @@ mod tests {
         // One step right, one down: a diagonal through the middles of its steps.
         let diagonal = path((0..100).map(|i| (i / 2 + i % 2, i / 2)));
         for (n, degree) in [(6, 1), (52, 1), (12, 2), (48, 2)] {
-            let pass = Fit::new(n, degree).pass(&diagonal.recent(), 1).unwrap();
+            let pass = Fit::new(n, degree).pass(&diagonal, 1).unwrap();
             assert!(pass.offset.abs() < 30_000 && (pass.ahead - 32768).abs() < 8000, "{n}");
             assert!((pass.ahead.abs() + pass.right.abs() - 65536).abs() <= 2);
         }
         // Not a way of unit steps, but a parabola to the last digit: only the fit is looked at.
         let parabola = path((-20..=0).map(|i| (4 * i, i * i)));
-        let pass = Fit::new(12, 2).pass(&parabola.recent(), 0).unwrap();
+        let pass = Fit::new(12, 2).pass(&parabola, 0).unwrap();
         assert!((pass.ahead - 65536 * 4 / 5).abs() < 200, "{}", pass.ahead);
     }
 
     #[test]
     fn a_short_path_has_no_curve() {
-        assert!(Fit::new(6, 1).pass(&path((0..5).map(|i| (i, 0))).recent(), 0).is_none());
+        assert!(Fit::new(6, 1).pass(&path((0..5).map(|i| (i, 0))), 0).is_none());
     }
 
     #[test]
@@ -231,7 +254,7 @@ mod tests {
         lattice.set(Corner { x: 3, y: 4 }, 1);
         let mut path = Path::new();
         path.rebuild(&lattice, Corner { x: 5, y: 4 }, 1);
-        assert_eq!((path.xs, path.ys), (vec![1, 2, 3, 4, 5], vec![4; 5]));
+        assert_eq!((&path.xs[LANES..], &path.ys[LANES..]), (&[1, 2, 3, 4, 5][..], &[4; 5][..]));
         assert_eq!(path.turns, u64::from(RIGHT));
     }
 }

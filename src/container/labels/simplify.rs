@@ -269,14 +269,8 @@ impl Editor<'_> {
         }
         let turn = turn?;
         tracer.curves.set_misses(run.misses);
-        let head = Head {
-            lattice: &tracer.lattice,
-            path: &run.path,
-            corner: run.corner,
-            direction: run.d,
-            origin: tracer.origin,
-            steps: run.steps,
-        };
+        let head =
+            Head::new(&tracer.lattice, &run.path, (run.corner, run.d), (tracer.origin, run.steps));
         let step = Step::new(&head, &tracer.curves);
         let mut ask = |states, k: usize| {
             let contexts = step.contexts_in(trace::number(states));

@@ -198,14 +198,7 @@ impl<'a, C: Coder> Tracer<'a, C> {
                 states[k] = usize::from(self.lattice.has(corner, turned(d, turns[k])));
             }
         }
-        let head = Head {
-            lattice: &self.lattice,
-            path: &self.path,
-            corner,
-            direction: d,
-            origin: self.origin,
-            steps: self.steps,
-        };
+        let head = Head::new(&self.lattice, &self.path, (corner, d), (self.origin, self.steps));
         let (mut step, mut branch) = (None, None);
         // Whether a chain that goes on also branches, where that is asked of two sides together.
         let mut branches = None;

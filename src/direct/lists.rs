@@ -1,0 +1,219 @@
+//! The candidates of every cell at a boundary, and which regions meet.
+
+use super::cracks::{Cracks, DOWN, RIGHT};
+use crate::limits::MAX_CANDIDATES;
+use crate::model::{NodeId, RegionId};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// Number of a list.
+pub type Number = u32;
+/// A cell that would have more candidates than a list holds.
+pub const CROWDED: Number = Number::MAX;
+
+/// Rows that are looked through at a time.
+const BAND: usize = 64;
+
+/// What is found along all boundaries.
+pub struct Found {
+    /// Sets of regions, each sorted, none twice.
+    pub lists: Vec<Vec<RegionId>>,
+    /// For each row the pixels that have cracks on a side, and their lists.
+    pub rows: Vec<Vec<(u32, Number)>>,
+    /// Pairs of regions that meet along a crack.
+    pub edges: Vec<[NodeId; 2]>,
+    /// Triples that meet at a corner.
+    pub faces: Vec<[NodeId; 3]>,
+}
+
+/// The same of a few rows.
+#[derive(Default)]
+struct Band {
+    numbers: FxHashMap<Vec<RegionId>, Number>,
+    lists: Vec<Vec<RegionId>>,
+    rows: Vec<Vec<(u32, Number)>>,
+    edges: Vec<[NodeId; 2]>,
+    faces: Vec<[NodeId; 3]>,
+}
+
+impl Found {
+    pub fn new(cracks: &Cracks, labels: &[RegionId]) -> Self {
+        let height = cracks.size[1] as usize;
+        let bands: Vec<Band> = (0..height.div_ceil(BAND))
+            .into_par_iter()
+            .map(|band| {
+                let mut found = Band::default();
+                for y in band * BAND..height.min((band + 1) * BAND) {
+                    found.row(cracks, labels, y);
+                }
+                found
+            })
+            .collect();
+        let mut all =
+            Found { lists: Vec::new(), rows: Vec::new(), edges: Vec::new(), faces: Vec::new() };
+        let mut numbers = FxHashMap::default();
+        for band in bands {
+            let mut renumbered = Vec::with_capacity(band.lists.len());
+            for list in band.lists {
+                let next = all.lists.len() as Number;
+                let number = *numbers.entry(list.clone()).or_insert(next);
+                if number == next {
+                    all.lists.push(list);
+                }
+                renumbered.push(number);
+            }
+            for mut row in band.rows {
+                for (_, number) in &mut row {
+                    *number = renumbered.get(*number as usize).copied().unwrap_or(CROWDED);
+                }
+                all.rows.push(row);
+            }
+            all.edges.extend(band.edges);
+            all.faces.extend(band.faces);
+        }
+        all.edges.sort_unstable();
+        all.edges.dedup();
+        all.faces.sort_unstable();
+        all.faces.dedup();
+        all
+    }
+}
+
+impl Band {
+    fn row(&mut self, cracks: &Cracks, labels: &[RegionId], y: usize) {
+        let [w, h] = cracks.size.map(|n| n as usize);
+        let (above, here) = (cracks.row(y), cracks.row(y + 1));
+        let mut row = Vec::new();
+        let mut last: (Vec<RegionId>, Number) = (Vec::new(), CROWDED);
+        let mut x = 0;
+        while x < w {
+            let marks = above[x] | above[x + 1] & DOWN | here[x] & RIGHT;
+            if marks & (RIGHT | DOWN) == 0 {
+                x += 1 + quiet(&above[x + 1..w], &here[x + 1..w]);
+                continue;
+            }
+            self.meet(cracks, labels, x, y);
+            let mut list = List { regions: [0; MAX_CANDIDATES], length: 0, is_full: false };
+            // The pixels around, and those beside them: who has a share in one of their texels.
+            for (dy, reach) in [(-2isize, 1isize), (-1, 2), (0, 2), (1, 2), (2, 1)] {
+                let y = y as isize + dy;
+                if !(0..h as isize).contains(&y) {
+                    continue;
+                }
+                let from = (x as isize - reach).max(0) as usize;
+                let to = (x + reach as usize + 1).min(w);
+                labels[y as usize * w + from..y as usize * w + to]
+                    .iter()
+                    .for_each(|&r| list.add(r));
+            }
+            let number = if list.is_full {
+                CROWDED
+            } else if *list.regions() == *last.0 {
+                last.1
+            } else {
+                let found = list.regions();
+                let number = match self.numbers.get(found) {
+                    Some(&number) => number,
+                    None => {
+                        let number = self.lists.len() as Number;
+                        self.lists.push(found.to_vec());
+                        self.numbers.insert(found.to_vec(), number);
+                        number
+                    }
+                };
+                last.0.clear();
+                last.0.extend(found);
+                last.1 = number;
+                number
+            };
+            row.push((x as u32, number));
+            x += 1;
+        }
+        self.rows.push(row);
+    }
+
+    /// Notes who meets at the upper and left sides of a pixel, and at its upper left corner.
+    fn meet(&mut self, cracks: &Cracks, labels: &[RegionId], x: usize, y: usize) {
+        let w = cracks.size[0] as usize;
+        let corner = cracks.corner(x, y);
+        let mark = cracks.mark(corner);
+        let own = labels[y * w + x];
+        if mark & RIGHT != 0 {
+            push(&mut self.edges, sorted([own, labels[(y - 1) * w + x]]));
+        }
+        if mark & DOWN != 0 {
+            push(&mut self.edges, sorted([own, labels[y * w + x - 1]]));
+        }
+        if cracks.ways(corner).count_ones() == 3 {
+            let mut around = [own, own, own];
+            let mut others = [(y - 1) * w + x, y * w + x - 1, (y - 1) * w + x - 1]
+                .map(|at| labels[at])
+                .into_iter()
+                .filter(|&other| other != own);
+            around[1] = others.next().unwrap_or(own);
+            around[2] = others.find(|&other| other != around[1]).unwrap_or(own);
+            around.sort_unstable();
+            if around[0] < around[1] && around[1] < around[2] {
+                push(&mut self.faces, around);
+            }
+        }
+    }
+}
+
+/// Appends what was not appended just before.
+fn push<T: PartialEq>(all: &mut Vec<T>, one: T) {
+    let recent = all.len().saturating_sub(4);
+    if !all[recent..].contains(&one) {
+        all.push(one);
+    }
+}
+
+fn sorted([a, b]: [NodeId; 2]) -> [NodeId; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// A few regions, sorted.
+struct List {
+    regions: [RegionId; MAX_CANDIDATES],
+    length: usize,
+    is_full: bool,
+}
+
+impl List {
+    fn regions(&self) -> &[RegionId] {
+        &self.regions[..self.length]
+    }
+
+    #[inline]
+    fn add(&mut self, region: RegionId) {
+        let place = self.regions().iter().take_while(|&&other| other < region).count();
+        if self.regions().get(place) == Some(&region) {
+            return;
+        }
+        if self.length == MAX_CANDIDATES {
+            self.is_full = true;
+            return;
+        }
+        self.regions.copy_within(place..self.length, place + 1);
+        self.regions[place] = region;
+        self.length += 1;
+    }
+}
+
+/// Pixels at the beginning of a row that have no crack above, below or on the left.
+fn quiet(above: &[u8], below: &[u8]) -> usize {
+    const RIGHTS: u64 = 0x0101_0101_0101_0101 * RIGHT as u64;
+    const DOWNS: u64 = 0x0101_0101_0101_0101 * DOWN as u64;
+    let (words, rest) = above.as_chunks::<8>();
+    let (words_below, rest_below) = below.as_chunks::<8>();
+    let is_quiet = |(above, below): &(&[u8; 8], &[u8; 8])| {
+        u64::from_ne_bytes(**above) & (RIGHTS | DOWNS) | u64::from_ne_bytes(**below) & RIGHTS == 0
+    };
+    let whole = words.iter().zip(words_below).take_while(is_quiet).count();
+    // The last before a crack may have it on its right.
+    if whole < words.len() {
+        return (whole * 8).saturating_sub(1);
+    }
+    let quiet = |&(&above, &below): &(&u8, &u8)| above & (RIGHT | DOWN) | below & RIGHT == 0;
+    (whole * 8 + rest.iter().zip(rest_below).take_while(quiet).count()).saturating_sub(1)
+}

@@ -1,0 +1,74 @@
+//! A model straight from labels: for those who have the labels and want to look at them at once.
+//!
+//! Every pixel at a boundary is a cell of its own. Its texel lies between its region's node and those of
+//! the regions beside it, by how far the boundary is from its middle, as the runs of cracks around it
+//! tell. Nothing is fitted, and nothing is left to be: every pixel's middle decodes to the pixel's own
+//! region. Whatever is decided at a place follows from the labels within [`SIGHT`] pixels of it.
+//!
+//! ```text
+//! regions ─ cracks ─▶ runs ─ shifts ─▶ shares of texels ┐
+//!        └─ lists ─▶ who must be told apart ─ colors ─▶ positions ─ bands ─▶ blocks
+//! ```
+
+mod bands;
+mod colors;
+mod cracks;
+mod lists;
+mod shifts;
+
+use crate::gamma::Gamma;
+use crate::grid;
+use crate::kernel::Kernel;
+use crate::model::{Image, Lists, Node, Region, RegionId};
+use bands::Bands;
+use cracks::Cracks;
+use lists::Found;
+
+/// How far from a place labels can count for what is drawn there: twice the reach of a step, and a little.
+pub(crate) const SIGHT: u32 = 2 * shifts::REACH + 8;
+
+/// What is to be drawn.
+pub(crate) struct Areas<'a> {
+    /// Pixels along each axis.
+    pub size: [u32; 2],
+    /// The region of each pixel, x fastest.
+    pub labels: &'a [RegionId],
+    /// All regions.
+    pub regions: Vec<Region>,
+}
+
+/// The model of some areas, for the quadratic kernel.
+pub(crate) fn model(areas: Areas<'_>, gamma: Gamma, block_log2: u8) -> Image {
+    let Areas { size, labels, regions } = areas;
+    let cracks = Cracks::new(size, labels);
+    let found = Found::new(&cracks, labels);
+    let positions = colors::positions(regions.len(), &found.lists);
+    let bands = Bands { size, labels, cracks: &cracks, found: &found, positions: &positions };
+    let (lists, blocks) = bands.blocks(block_log2);
+    debug_assert_eq!(blocks.len(), grid::count(grid::pieces(size, block_log2)));
+    Image {
+        size,
+        kernel: Kernel::Quadratic,
+        gamma,
+        block_log2,
+        regions,
+        nodes: (0..)
+            .zip(positions)
+            .map(|(region, position)| Node { position, region: Some(region) })
+            .collect(),
+        edges: found.edges,
+        faces: found.faces,
+        planes: Vec::new(),
+        lists,
+        blocks,
+    }
+}
+
+/// Lists by number.
+fn listed(lists: &[Vec<RegionId>]) -> Lists {
+    let mut all = Lists::default();
+    lists.iter().for_each(|list| {
+        all.push(list);
+    });
+    all
+}
