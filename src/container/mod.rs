@@ -19,7 +19,7 @@ pub use directory::{Part, Payload, label_size, parts, payload};
 #[cfg(feature = "encode")]
 pub use label_file::{Labels, MAX_SCALE_LOG2, Palette, Squares, read_labels, write_labels};
 #[cfg(feature = "encode")]
-pub(crate) use labels::simplify as simplify_labels;
+pub(crate) use labels::{cracks, simplify as simplify_labels};
 #[cfg(feature = "encode")]
 pub use notes::{Notes, notes};
 pub use read::read;

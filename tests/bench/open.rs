@@ -25,7 +25,8 @@ pub fn print(rows: &Rows) -> bool {
     for name in pictures {
         let source = gallery(name);
         let options = EncodeOptions::default();
-        let image = istar::encode(&source, &options, |_| ()).expect("a picture that can be encoded");
+        let image =
+            istar::encode(&source, &options, |_| ()).expect("a picture that can be encoded");
         let texels = container::write(&image).expect("a model that can be written");
         let labels = istar::encode_lossless(&source, &options).expect("the same without loss");
         for bytes in [texels, labels] {

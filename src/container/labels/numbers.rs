@@ -196,7 +196,8 @@ impl<'a> Numbers<'a> {
         // A face has not the label of one that it touches.
         let touching: [u32; 4] = std::array::from_fn(|side| {
             let beyond = rays.steps.chunks_exact(RAYS.len()).map(|steps| id(&steps[side]));
-            let mut beyond = beyond.skip_while(|id| id.is_some_and(|id| self.faces.face(id) == face));
+            let mut beyond =
+                beyond.skip_while(|id| id.is_some_and(|id| self.faces.face(id) == face));
             beyond.next().flatten().map_or(UNKNOWN, number)
         });
         let outer = touching[3];
