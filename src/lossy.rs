@@ -89,6 +89,16 @@ struct Reduced {
     scale_log2: u8,
     size: [u32; 2],
     classes: Vec<u32>,
+    /// Bits that a crack takes, once its file is known.
+    crack_bits: f32,
+}
+
+impl Reduced {
+    /// Tells from the file without loss what a crack takes.
+    fn weigh(&mut self, file: &[u8]) {
+        let cracks = container::cracks(self.size, &self.classes).max(1);
+        self.crack_bits = (8 * file.len()) as f32 / cracks as f32;
+    }
 }
 
 impl Search<'_> {
@@ -102,11 +112,12 @@ impl Search<'_> {
         let mut least = exact.bytes.len();
         for scale_log2 in 0..=MAX_SCALE_LOG2 {
             stage("reducing labels");
-            let reduced = self.reduced(scale_log2);
+            let mut reduced = self.reduced(scale_log2);
             let whole = match scale_log2 {
                 0 => exact.bytes.clone(),
                 _ => self.file(&reduced, &reduced.classes)?,
             };
+            reduced.weigh(&whole);
             least = least.min(whole.len());
             if whole.len() as f64 > TOO_MANY * most as f64 && scale_log2 < MAX_SCALE_LOG2 {
                 continue;
@@ -152,7 +163,7 @@ impl Search<'_> {
     ) -> Result<Lossy> {
         for scale_log2 in (0..=MAX_SCALE_LOG2).rev() {
             stage("reducing labels");
-            let reduced = self.reduced(scale_log2);
+            let mut reduced = self.reduced(scale_log2);
             let mut whole = exact.clone();
             if scale_log2 > 0 {
                 let bytes = self.file(&reduced, &reduced.classes)?;
@@ -162,6 +173,7 @@ impl Search<'_> {
             if whole.psnr < wanted {
                 continue;
             }
+            reduced.weigh(&whole.bytes);
             stage("simplifying labels");
             let [low, high] = PRICES;
             let tell = |bytes: &[u8]| match self.psnr(bytes)? >= wanted {
@@ -221,6 +233,7 @@ impl Search<'_> {
             reduced.classes.clone(),
             &error,
             exp2(price) as f32,
+            reduced.crack_bits,
             &self.options.limits,
         )?;
         self.file(reduced, &classes)
@@ -240,7 +253,7 @@ impl Search<'_> {
     /// For each square of 2 to `scale_log2` pixels the class that is least wrong there.
     fn reduced(&self, scale_log2: u8) -> Reduced {
         let size = grid::pieces(self.source.size(), scale_log2);
-        let mut reduced = Reduced { scale_log2, size, classes: Vec::new() };
+        let mut reduced = Reduced { scale_log2, size, classes: Vec::new(), crack_bits: 1.0 };
         let truth = self.source.classes();
         if scale_log2 == 0 {
             reduced.classes = truth.to_vec();
@@ -261,7 +274,7 @@ impl Search<'_> {
             of_each.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |(_, class)| class)
         };
         let classes = (0..grid::count(size)).into_par_iter().map(best).collect();
-        Reduced { scale_log2, size, classes }
+        Reduced { scale_log2, size, classes, crack_bits: 1.0 }
     }
 
     /// The source's pixels in a square.

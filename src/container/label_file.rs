@@ -150,7 +150,7 @@ fn unpack_labels(bytes: &[u8], limits: &Limits) -> Result<LabelFile> {
     if index.payload() != Payload::Labels {
         return Err(Error::Usage("the file holds texels, not labels: read those".into()));
     }
-    let layout = *index.layout();
+    let layout = index.layout().clone();
     if layout.block_log2 > MAX_SCALE_LOG2 {
         return Err(Error::malformed("header", "labels for squares that are too wide"));
     }

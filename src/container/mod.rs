@@ -32,7 +32,7 @@ pub(crate) use label_file::read_areas;
 #[cfg(feature = "encode")]
 pub use label_file::{Labels, MAX_SCALE_LOG2, Palette, Squares, read_labels, write_labels};
 #[cfg(feature = "encode")]
-pub(crate) use labels::simplify as simplify_labels;
+pub(crate) use labels::{cracks, simplify as simplify_labels};
 pub use layout::{LEVEL_STEP_LOG2, Layout, TileAt};
 #[cfg(feature = "encode")]
 pub use notes::{Notes, notes};

@@ -4,18 +4,29 @@
 //! the left: what is learned of one hand serves the other.
 
 use super::lattice::{Corner, Lattice};
-use super::path::{Fit, Pass, Path, RIGHT};
-use crate::entropy::hash;
+use super::path::{AHEAD, Fit, LEFT, Pass, Path, RIGHT};
+use super::tracker::{Habit, Normal, Side, Tracker};
+use crate::entropy::{Logistic, hash};
 
 /// Curves that are laid through the end of a path: corners, and degree.
 const FITS: [(usize, usize); 8] =
     [(6, 1), (9, 1), (14, 1), (22, 1), (34, 1), (52, 1), (24, 2), (48, 2)];
 pub const CURVES: usize = FITS.len();
 
+/// What curves are taken for: long and smooth, and less so.
+const HABITS: [Habit; 3] = [
+    Habit { bend: 2.5e-11, turn: 1e-8, blur: 2e-3 },
+    Habit { bend: 1e-8, turn: 1e-6, blur: 1e-3 },
+    Habit { bend: 1e-4, turn: 4e-4, blur: 4e-4 },
+];
+const TRACKERS: usize = HABITS.len();
+/// Opinions about a step.
+pub const EXPERTS: usize = CURVES + TRACKERS;
+
 /// Contexts of a step.
-pub const STEP_CONTEXTS: usize = 15;
+pub const STEP_CONTEXTS: usize = 15 + TRACKERS;
 /// Rows of the mixer's sets that [`Step::rows`] chooses from.
-pub const STEP_ROWS: [usize; 4] = [32, 180, 60, 10 * CURVES];
+pub const STEP_ROWS: [usize; 5] = [32, 180, 60, 10 * CURVES, 24 * 8];
 /// Contexts of a branch.
 pub const BRANCH_CONTEXTS: usize = 6;
 /// Rows of one of the mixer's sets that [`Branch::row`] chooses from.
@@ -102,43 +113,119 @@ fn newest(turns: u64, n: u32) -> u64 {
     turns & ((1 << (2 * n)) - 1)
 }
 
-/// How well each curve has told the last eight steps: a bit each, 1 for a miss, the newest lowest.
+/// What is known of the curves that a chain may follow.
 pub struct Curves {
     fits: [Fit; CURVES],
+    normal: Normal,
+    pub state: State,
+}
+
+/// What of it changes with each step.
+#[derive(Clone)]
+pub struct State {
+    /// How well each curve has told the last eight steps: a bit each, 1 for a miss, the newest lowest.
     misses: [u8; CURVES],
+    trackers: [Tracker; TRACKERS],
 }
 
 impl Curves {
     pub fn new() -> Self {
-        Curves { fits: FITS.map(|(n, degree)| Fit::new(n, degree)), misses: [0; CURVES] }
+        let state = State { misses: [0; CURVES], trackers: HABITS.map(Tracker::new) };
+        Curves { fits: FITS.map(|(n, degree)| Fit::new(n, degree)), normal: Normal::new(), state }
     }
 
-    /// What is known of the last steps.
-    #[cfg(feature = "encode")]
-    pub fn misses(&self) -> [u8; CURVES] {
-        self.misses
+    /// A chain starts at a corner.
+    pub fn start(&mut self, corner: Corner, d: u32) {
+        self.state.misses = [0; CURVES];
+        self.state.trackers.iter_mut().for_each(|tracker| tracker.start(corner, d));
     }
 
-    /// Takes other steps for the last ones.
-    #[cfg(feature = "encode")]
-    pub fn set_misses(&mut self, misses: [u8; CURVES]) {
-        self.misses = misses;
+    /// A chain has come to a corner.
+    pub fn advance(&mut self, corner: Corner) {
+        self.state.trackers.iter_mut().for_each(|tracker| tracker.advance(corner));
     }
 
-    pub fn forget(&mut self) {
-        self.misses = [0; CURVES];
-    }
-
-    /// Notes whether a step went ahead.
-    pub fn learn(&mut self, step: &Step, ahead: bool) {
-        for (misses, &lead) in self.misses.iter_mut().zip(&step.ahead) {
-            *misses = *misses << 1 | u8::from((lead > 0) != ahead);
+    /// Notes how a chain goes on from a corner that was reached in direction `d`.
+    pub fn learn(&mut self, step: &Step, corner: Corner, d: u32, turn: u32) {
+        for (misses, &lead) in self.state.misses.iter_mut().zip(&step.ahead) {
+            *misses = *misses << 1 | u8::from((lead > 0) != (turn == AHEAD));
+        }
+        let [left, right] = corner.pixels_ahead(d);
+        for tracker in &mut self.state.trackers {
+            let a = tracker.learn(&self.normal, left, turn != LEFT);
+            let b = tracker.learn(&self.normal, right, turn == RIGHT);
+            if Tracker::is_corner(a) || Tracker::is_corner(b) {
+                tracker.turn_at(corner, super::trace::turned(d, turn), d);
+            }
         }
     }
 
     fn record(&self, curve: usize) -> u64 {
-        let misses = self.misses[curve];
+        let misses = self.state.misses[curve];
         u64::from(misses.count_ones().min(4) * 2) + u64::from(misses & 1)
+    }
+}
+
+/// A number of standard deviations as a small number.
+fn grade(z: f64) -> u64 {
+    let z = z.clamp(-5.9, 5.9);
+    // Finer where it decides.
+    let fine = if z.abs() < 2.0 {
+        z * 4.0
+    } else if z > 0.0 {
+        6.0 + z
+    } else {
+        z - 6.0
+    };
+    (fine + 12.0) as u64
+}
+
+/// Standard deviations of a place as a small number: by powers of two.
+fn scale(spread: f64) -> u64 {
+    let mut n = 0;
+    let mut most = 0.02;
+    while n < 7 && spread > most {
+        most *= 2.0;
+        n += 1;
+    }
+    n
+}
+
+/// What a tracker says of the step from a corner.
+struct Outlook {
+    /// Where the two pixels ahead are, and how well that is known.
+    class: u64,
+    /// Log-odds of a step ahead; and, where there is none, of one to the right.
+    ahead: i32,
+    aside: i32,
+    /// `ahead`, and how well the curve's place is known, as small numbers.
+    likely: u64,
+    scale: u64,
+}
+
+fn outlook(curves: &Curves, logistic: &Logistic, tracker: &Tracker, head: &Head<'_>) -> Outlook {
+    let [left, right] = head.corner.pixels_ahead(head.direction).map(|pixel| tracker.side(pixel));
+    let below = |side: Side| curves.normal.below(side.z);
+    // That the curve passes to the left of both pixels, to the right, or between.
+    let to_left = 1.0 - below(left);
+    let to_right = below(right);
+    let odds = |yes: f64, no: f64| {
+        let (yes, no) = (yes.max(1e-5), no.max(1e-5));
+        logistic.stretch((yes / (yes + no) * 65535.0) as u16)
+    };
+    let sides = to_left + to_right;
+    let ahead = odds(1.0 - sides, sides);
+    let right_turn = odds(to_right, to_left);
+    // As if the last turn had been to the left.
+    let is_mirrored = head.hand() < 0;
+    let (zl, zr) = if is_mirrored { (-right.z, -left.z) } else { (left.z, right.z) };
+    let scale = scale(left.spread().max(right.spread()));
+    Outlook {
+        class: grade(zl) | grade(zr) << 5 | scale << 10,
+        ahead,
+        aside: if is_mirrored { -right_turn } else { right_turn },
+        likely: ((ahead.clamp(-1500, 1500) + 1500) / 126) as u64,
+        scale,
     }
 }
 
@@ -153,27 +240,38 @@ fn class(pass: Option<Pass>, hand: i64) -> [u64; 2] {
 /// What is known before a step.
 pub struct Step {
     pub contexts: [u32; STEP_CONTEXTS],
-    pub rows: [usize; 4],
+    pub rows: [usize; 5],
     /// Log-odds, by each curve, of a step ahead; and, where there is none, of one to the right.
-    pub ahead: [i32; CURVES],
-    pub aside: [i32; CURVES],
+    pub ahead: [i32; EXPERTS],
+    pub aside: [i32; EXPERTS],
 }
 
 impl Step {
-    pub fn new(head: &Head<'_>, curves: &Curves) -> Self {
+    pub fn new(head: &Head<'_>, curves: &Curves, logistic: &Logistic) -> Self {
         let turns = head.path.turns();
         let hand = i64::from(head.hand());
         let passes = curves.fits.each_ref().map(|fit| fit.pass(head.path, head.direction));
         let classes = passes.map(|pass| class(pass, hand));
         let opinion = |value: i64| (value >> 6).clamp(-1023, 1023) as i32;
         // A step ahead parts two pixels, half a pixel to both sides of it.
-        let ahead = passes.map(|p| p.map_or(0, |p| opinion(p.ahead / 2 - p.offset.abs())));
-        let aside = passes.map(|p| p.map_or(0, |p| opinion(-hand * p.offset)));
+        let trackers = curves.state.trackers.each_ref();
+        let outlooks = trackers.map(|tracker| outlook(curves, logistic, tracker, head));
+        let fitted = |k: usize, of: &dyn Fn(Pass) -> i64| passes[k].map_or(0, |p| opinion(of(p)));
+        let ahead = std::array::from_fn(|k| match k.checked_sub(CURVES) {
+            None => fitted(k, &|p| p.ahead / 2 - p.offset.abs()),
+            Some(tracker) => outlooks[tracker].ahead,
+        });
+        let aside = std::array::from_fn(|k| match k.checked_sub(CURVES) {
+            None => fitted(k, &|p| -hand * p.offset),
+            Some(tracker) => outlooks[tracker].aside,
+        });
         // The curve that did best of late; of equal ones, the one that sees farthest.
         let best = (0..CURVES)
             .rev()
             .filter(|&k| passes[k].is_some())
-            .min_by_key(|&k| curves.misses[k].count_ones() * 2 + u32::from(curves.misses[k] & 1))
+            .min_by_key(|&k| {
+                curves.state.misses[k].count_ones() * 2 + u32::from(curves.state.misses[k] & 1)
+            })
             .unwrap_or(0);
 
         let ring = head.ring(&[
@@ -211,6 +309,9 @@ impl Step {
             told(6),
             told(7),
             told(best) | (best as u64) << 24,
+            outlooks[0].class | last(1) << 20,
+            outlooks[1].class | last(1) << 20,
+            outlooks[2].class | last(1) << 20,
         ]
         .map(|context| {
             number += 1;
@@ -221,6 +322,7 @@ impl Step {
             offset(2) as usize * 3 + (last(1) as usize).min(2),
             offset(4) as usize,
             best * 10 + curves.record(best) as usize,
+            (outlooks[1].likely * 8 + outlooks[1].scale) as usize,
         ];
         Step { contexts, rows, ahead, aside }
     }

@@ -2,22 +2,22 @@
 
 use std::collections::BTreeMap;
 
-/// About the bits of an area of its own: to say where it starts and what it is, and for each crack
-/// around it.
+/// About the bits of an area of its own, beside its cracks: to say where it starts and what it is.
 const AREA_BITS: f32 = 18.0;
-const CRACK_BITS: f32 = 1.0;
 /// Areas of more pixels are never merged.
 const LARGE: usize = 1 << 12;
 /// Times that all areas are looked at.
 const ROUNDS: usize = 2;
 
 /// Gives areas of one label the label of one beside them, where their bits are not worth what is wrong
-/// then: `error` is that of a label at a pixel, `price` what a bit may cost.
+/// then: `error` is that of a label at a pixel, `price` what a bit may cost, `crack_bits` the bits that each
+/// crack around an area takes.
 pub fn merge_islands(
     size: [u32; 2],
     labels: &mut [u32],
     error: &(dyn Fn(usize, u32) -> f32 + Sync),
     price: f32,
+    crack_bits: f32,
 ) {
     let [w, h] = size.map(|n| n as usize);
     let mut area: Vec<usize> = Vec::new();
@@ -65,7 +65,7 @@ pub fn merge_islands(
             let cost = |to: u32| area.iter().map(|&at| error(at, to)).sum::<f32>() - before;
             // The boundary with others stays.
             let best = around.iter().map(|(&to, &shared)| {
-                (cost(to) - price * (AREA_BITS + CRACK_BITS * shared as f32), to)
+                (cost(to) - price * (AREA_BITS + crack_bits * shared as f32), to)
             });
             if let Some((gain, to)) = best.min_by(|a, b| a.0.total_cmp(&b.0))
                 && gain < 0.0
@@ -98,7 +98,7 @@ mod tests {
         let error = |at: usize, label: u32| (f32::from(truth[at] as u8) - label as f32).abs();
         let merged = |price: f32| {
             let mut merged = labels.clone();
-            merge_islands(size, &mut merged, &error, price);
+            merge_islands(size, &mut merged, &error, price, 1.0);
             merged
         };
         assert_eq!(merged(0.01), labels, "4 for a spot of one pixel are more than 18 bits");

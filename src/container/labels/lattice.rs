@@ -29,6 +29,17 @@ impl Corner {
         let [x, y] = STEPS[d as usize & 3];
         Corner { x: self.x + n * x, y: self.y + n * y }
     }
+
+    /// The pixels ahead of it for one who comes in direction `d`: on the left and on the right.
+    pub fn pixels_ahead(self, d: u32) -> [[i32; 2]; 2] {
+        let Corner { x, y } = self;
+        match d & 3 {
+            0 => [[x, y - 1], [x, y]],
+            1 => [[x, y], [x - 1, y]],
+            2 => [[x - 1, y], [x - 1, y - 1]],
+            _ => [[x - 1, y - 1], [x, y - 1]],
+        }
+    }
 }
 
 /// What is known of a square of 2ᵏ × 2ᵏ corners.

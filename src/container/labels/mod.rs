@@ -17,6 +17,7 @@ mod path;
 mod simplify;
 mod starts;
 mod trace;
+mod tracker;
 
 use super::bytes::Reader;
 #[cfg(feature = "encode")]
@@ -30,7 +31,7 @@ use faces::Faces;
 use lattice::Lattice;
 use numbers::Numbers;
 #[cfg(feature = "encode")]
-pub use simplify::simplify;
+pub use simplify::{cracks, simplify};
 #[cfg(feature = "encode")]
 use std::borrow::Cow;
 use trace::Tracer;

@@ -5,7 +5,7 @@
 //! through that are none: a few pixels beside the chain change sides, until it is back on its own way.
 //! The best of them is taken if it pays. No pixel changes sides that would join regions or cut one apart.
 
-use super::contexts::{CURVES, Head, Step};
+use super::contexts::{Head, State, Step};
 use super::islands::merge_islands;
 use super::lattice::{Corner, Lattice};
 use super::path::{AHEAD, LEFT, Path, RIGHT};
@@ -18,13 +18,14 @@ use std::borrow::Cow;
 /// A step that takes fewer bits than this, in 256ths, is no surprise.
 const SURPRISE: u32 = 200;
 /// Pixels that change sides for one way, at most.
-const MOST_FLIPS: usize = 6;
+const MOST_FLIPS: usize = 12;
 /// Steps in which a way must be back, and that are looked at beyond.
-const STEPS: usize = 14;
-const TAIL: usize = 6;
+const STEPS: usize = 40;
+const TAIL: usize = 12;
 
 /// Changes labels, row by row, until a bit is worth no more than `price`: `error` is what is wrong with a
-/// label at a pixel, given by their indices, in the same unit.
+/// label at a pixel, given by their indices, in the same unit. `crack_bits` is about what a crack takes in
+/// this picture: see [`cracks`].
 ///
 /// # Errors
 /// As [`encode`](super::encode).
@@ -33,11 +34,21 @@ pub fn simplify(
     mut labels: Vec<u32>,
     error: &(dyn Fn(usize, u32) -> f32 + Sync),
     price: f32,
+    crack_bits: f32,
     limits: &Limits,
 ) -> Result<Vec<u32>> {
     super::check(size, limits)?;
-    merge_islands(size, &mut labels, error, price);
+    merge_islands(size, &mut labels, error, price, crack_bits);
     Ok(smooth(size, labels, error, price))
+}
+
+/// The cracks of a picture: sides between pixels of different labels.
+pub fn cracks(size: [u32; 2], labels: &[u32]) -> usize {
+    let width = size[0] as usize;
+    let along =
+        labels.chunks(width).flat_map(|row| row.windows(2)).filter(|pair| pair[0] != pair[1]);
+    along.count()
+        + labels.iter().zip(&labels[width..]).filter(|(above, below)| above != below).count()
 }
 
 /// Changes the sides of pixels at boundaries: regions stay as many, and what they meet.
@@ -108,7 +119,7 @@ struct Run {
     corner: Corner,
     d: u32,
     path: Path,
-    misses: [u8; CURVES],
+    curves: State,
     steps: u32,
     /// In 256ths.
     bits: u32,
@@ -141,7 +152,7 @@ impl Editor<'_> {
             corner,
             d,
             path: tracer.path.clone(),
-            misses: tracer.curves.misses(),
+            curves: tracer.curves.state.clone(),
             steps: tracer.steps,
             bits: 0,
             seen: Vec::new(),
@@ -152,7 +163,7 @@ impl Editor<'_> {
                 self.set(tracer, flip.pixel, flip.to);
             }
         }
-        tracer.curves.set_misses(start.misses);
+        tracer.curves.state = start.curves.clone();
     }
 
     /// The pixels that should change sides.
@@ -268,10 +279,10 @@ impl Editor<'_> {
             }
         }
         let turn = turn?;
-        tracer.curves.set_misses(run.misses);
+        tracer.curves.state = run.curves.clone();
         let head =
             Head::new(&tracer.lattice, &run.path, (run.corner, run.d), (tracer.origin, run.steps));
-        let step = Step::new(&head, &tracer.curves);
+        let step = Step::new(&head, &tracer.curves, tracer.logistic);
         let mut ask = |states, k: usize| {
             let contexts = step.contexts_in(trace::number(states));
             let experts = if k == 0 { &step.ahead } else { &step.aside };
@@ -298,13 +309,14 @@ impl Editor<'_> {
         turn: u32,
     ) {
         run.bits += thought.costs[turn as usize];
-        tracer.curves.set_misses(run.misses);
-        tracer.curves.learn(&thought.step, turn == AHEAD);
-        run.misses = tracer.curves.misses();
+        tracer.curves.state = run.curves.clone();
+        tracer.curves.learn(&thought.step, run.corner, run.d, turn);
         run.path.turn(turn);
         run.d = turned(run.d, turn);
         run.corner = run.corner.ahead(run.d, 1);
         run.path.reach(run.corner);
+        tracer.curves.advance(run.corner);
+        run.curves = tracer.curves.state.clone();
         run.steps = run.steps.saturating_add(1);
         if tracer.lattice.pretend(run.corner, true) {
             run.seen.push(run.corner);
@@ -327,7 +339,7 @@ impl Editor<'_> {
         wanted: u32,
     ) -> Option<Flip> {
         // The two pixels ahead of the corner, on the left and on the right.
-        let [left, right] = ahead_of(run.corner, run.d);
+        let [left, right] = run.corner.pixels_ahead(run.d);
         let pixel = match (truth, wanted) {
             (LEFT, AHEAD) | (AHEAD, LEFT) => left,
             (RIGHT, AHEAD) | (AHEAD, RIGHT) => right,
@@ -380,16 +392,6 @@ impl Editor<'_> {
         for (beside, corner, d) in sides {
             truth.to_mut().put(corner, d, self.labels[self.index(beside)] != label);
         }
-    }
-}
-
-/// The pixels ahead of a corner that was reached in direction `d`: on the left and on the right.
-fn ahead_of(Corner { x, y }: Corner, d: u32) -> [[i32; 2]; 2] {
-    match d {
-        0 => [[x, y - 1], [x, y]],
-        1 => [[x, y], [x - 1, y]],
-        2 => [[x - 1, y], [x - 1, y - 1]],
-        _ => [[x - 1, y - 1], [x, y - 1]],
     }
 }
 

@@ -8,10 +8,10 @@
 //! there are more comes first: seldom.
 
 use super::contexts::{
-    BRANCH_CONTEXTS, BRANCH_ROWS, Branch, CURVES, Curves, Head, STEP_CONTEXTS, STEP_ROWS, Step,
+    BRANCH_CONTEXTS, BRANCH_ROWS, Branch, Curves, EXPERTS, Head, STEP_CONTEXTS, STEP_ROWS, Step,
 };
 use super::lattice::{Corner, Lattice};
-use super::path::{LEFT, Path};
+use super::path::{AHEAD, LEFT, Path};
 #[cfg(feature = "encode")]
 use super::simplify::Editor;
 use super::starts::{START_SHAPE, start_contexts};
@@ -67,7 +67,7 @@ impl<'a, C: Coder> Tracer<'a, C> {
             lattice: Lattice::new(size),
             step: Predictor::new(&Shape {
                 contexts: STEP_CONTEXTS,
-                experts: CURVES,
+                experts: EXPERTS,
                 slots_log2,
                 sets: &step_rows,
                 weight: 1500,
@@ -161,7 +161,7 @@ impl<'a, C: Coder> Tracer<'a, C> {
                 self.pending.push(at);
             }
             self.path.rebuild(&self.lattice, corner, d);
-            self.curves.forget();
+            self.curves.start(corner, d);
             self.follow(corner, d);
         }
     }
@@ -171,6 +171,7 @@ impl<'a, C: Coder> Tracer<'a, C> {
         loop {
             corner = corner.ahead(d, 1);
             self.path.reach(corner);
+            self.curves.advance(corner);
             self.lattice.see(corner);
             self.steps = self.steps.saturating_add(1);
             if self.lattice.on_frame(corner) || self.coder.exhausted() {
@@ -232,7 +233,8 @@ impl<'a, C: Coder> Tracer<'a, C> {
             } else if open == 1 {
                 true
             } else {
-                let step = step.get_or_insert_with(|| Step::new(&head, &self.curves));
+                let step =
+                    step.get_or_insert_with(|| Step::new(&head, &self.curves, self.logistic));
                 let aside = usize::from(k != 0);
                 let experts = if k == 0 { &step.ahead } else { &step.aside };
                 let rows = step.rows.map(|row| 2 * row + aside);
@@ -243,7 +245,8 @@ impl<'a, C: Coder> Tracer<'a, C> {
             states[k] = if here { PRESENT } else { ABSENT };
         }
         if let Some(step) = &step {
-            self.curves.learn(step, states[0] == PRESENT);
+            let turn = (0..3).find(|&k| states[k] == PRESENT).map_or(AHEAD, |k| turns[k]);
+            self.curves.learn(step, corner, d, turn);
         }
         let (mut on, mut more) = (None, false);
         for k in 0..3 {
