@@ -64,6 +64,8 @@ mod texels;
 pub mod gpu;
 #[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod wasm;
+#[cfg(all(feature = "gpu", target_arch = "wasm32"))]
+mod wasm_archive;
 #[cfg(all(any(feature = "encode", feature = "gpu"), target_arch = "wasm32"))]
 mod wasm_error;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]

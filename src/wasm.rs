@@ -1,65 +1,17 @@
-//! The classes that the web viewer calls. Thin: what they do is in `camera`, `container`, `raster`
-//! and `gpu::browser`.
+//! The classes by which the web viewer draws. Thin: what they do is in `camera` and `gpu::browser`.
 
 use crate::gpu::browser::{self, Choice};
 use crate::grid::Point;
-use crate::limits::Limits;
-use crate::model::Image;
 use crate::placement::Placement;
+use crate::wasm_archive::Tile;
 use crate::wasm_error::thrown;
 use std::cell::RefCell;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 
-/// An opened picture.
-#[wasm_bindgen]
-pub struct Picture(Rc<Image>);
-
-#[wasm_bindgen]
-impl Picture {
-    /// Reads a whole IStar file. Throws an `Error` whose name is `malformed`, `unsupported` or
-    /// `limit`.
-    pub fn open(bytes: &[u8]) -> Result<Picture, JsValue> {
-        console_error_panic_hook::set_once();
-        let image = crate::container::read(bytes, &Limits::default()).map_err(thrown)?;
-        Ok(Picture(Rc::new(image)))
-    }
-
-    /// Source pixels from left to right.
-    #[wasm_bindgen(getter)]
-    pub fn width(&self) -> u32 {
-        self.0.size[0]
-    }
-
-    /// Source pixels from top to bottom.
-    #[wasm_bindgen(getter)]
-    pub fn height(&self) -> u32 {
-        self.0.size[1]
-    }
-
-    /// The number of regions.
-    #[wasm_bindgen(getter, js_name = regionCount)]
-    pub fn region_count(&self) -> u32 {
-        self.0.regions.len() as u32
-    }
-
-    /// The region under a device pixel of the camera's viewport; none outside the picture.
-    pub fn pick(&self, camera: &Camera, x: f64, y: f64) -> Option<u32> {
-        // The pixel's middle: what decides its colour.
-        let screen = [x, y].map(|along| along.floor() + 0.5);
-        crate::raster::region_at(&self.0, &camera.0.to_source(screen))
-    }
-
-    /// A region's colour as 0xRRGGBBAA, straight; 0 for an unknown region.
-    #[wasm_bindgen(js_name = regionColor)]
-    pub fn region_color(&self, id: u32) -> u32 {
-        self.0.regions.get(id as usize).map_or(0, |region| u32::from_be_bytes(region.color))
-    }
-}
-
 /// A view of a picture, in device pixels.
 #[wasm_bindgen]
-pub struct Camera(crate::camera::Camera);
+pub struct Camera(pub(crate) crate::camera::Camera);
 
 #[wasm_bindgen]
 impl Camera {
@@ -154,27 +106,14 @@ impl Renderer {
         self.renderer.canvas().clone()
     }
 
-    /// Puts a picture on the GPU. Throws an `Error` whose name is `limit` or `gpu`.
-    pub fn upload(&self, picture: &Picture) -> Result<Scene, JsValue> {
-        self.renderer.upload(picture.0.clone()).map(|scene| Scene(Rc::new(scene))).map_err(thrown)
+    /// Puts a tile on the GPU. Throws an `Error` whose name is `limit` or `gpu`.
+    pub fn upload(&self, tile: &Tile) -> Result<Scene, JsValue> {
+        self.renderer.upload(tile.model.clone()).map(|scene| Scene(Rc::new(scene))).map_err(thrown)
     }
 
-    /// Puts a scene into the next frame, over those already in it. It starts at pixel (x, y) of the
-    /// camera's picture, shows `width` × `height` of its pixels, and each of its own is 2^`stepLog2`
-    /// of them wide.
-    pub fn place(
-        &self,
-        scene: &Scene,
-        x: u32,
-        y: u32,
-        width: u32,
-        height: u32,
-        #[wasm_bindgen(js_name = stepLog2)] step_log2: u8,
-    ) {
-        // Beyond it the step has no number; no picture is so large.
-        let step_log2 = step_log2.min(31);
-        let placement = Placement { origin: [x, y], step_log2, size: [width, height] };
-        self.frame.borrow_mut().push((scene.0.clone(), placement));
+    /// Puts the scene of a tile into the next frame, over those already in it.
+    pub fn place(&self, scene: &Scene, tile: &Tile) {
+        self.frame.borrow_mut().push((scene.0.clone(), tile.placement));
     }
 
     /// Draws what was placed since the last frame in the camera's viewport, and makes the canvas as

@@ -1,14 +1,14 @@
 import type { Renderer } from '#wasm';
 import { make } from './dom.js';
 import css from './element.css';
-import { type Backend, chosenBackend, dropRenderer, openPicture, sharedRenderer } from './engine.js';
+import { type Backend, chosenBackend, dropRenderer, openFile, sharedRenderer } from './engine.js';
 import { viewerError } from './errors.js';
 import { Frames } from './frames.js';
 import { listenForGestures } from './gestures.js';
 import { Hover } from './hover.js';
 import { listenForKeys } from './keyboard.js';
 import { Message } from './message.js';
-import { fetchBytes } from './source.js';
+import { FetchSource } from './source.js';
 import { Status } from './status.js';
 import { type Place, View } from './view.js';
 import { listenForWheel } from './wheel.js';
@@ -48,6 +48,10 @@ export class IStarViewer extends Base {
   #open = false;
   #backend: Backend | undefined;
   #sent: Place | undefined;
+  /** The first frame of the picture is there. */
+  #shown = false;
+  /** The file changed while it was read, and is read once more. */
+  #again = false;
 
   constructor() {
     super();
@@ -140,6 +144,7 @@ export class IStarViewer extends Base {
   }
 
   async #load(): Promise<void> {
+    this.#again = false;
     this.#loading?.abort();
     this.#close();
     if (!this.src) return;
@@ -151,22 +156,23 @@ export class IStarViewer extends Base {
       // The renderer starts while the file is on its way. Its error is heard below, also when the file fails first.
       const renderer = sharedRenderer(chosenBackend(this.getAttribute('backend')));
       renderer.catch(() => {});
-      const bytes = await fetchBytes(this.src, loading.signal, (progress) => {
+      const source = new FetchSource(this.src, (progress) => {
+        if (loading.signal.aborted || this.#shown) return;
         this.#message.loading(progress);
         this.#emit('progress', progress);
       });
-      const picture = await openPicture(bytes, loading.signal);
+      const file = await openFile(source, loading.signal);
       ready = await renderer.catch((cause) => {
-        picture.free();
+        file.free();
         throw cause;
       });
       if (loading.signal.aborted) {
-        picture.free();
+        file.free();
         return;
       }
       this.#backend = ready.backend;
-      this.style.setProperty('--istar-aspect', `${picture.width} / ${picture.height}`);
-      this.#view.show(picture, ready);
+      this.style.setProperty('--istar-aspect', `${file.archive.width} / ${file.archive.height}`);
+      this.#view.show(file, ready);
     } catch (cause) {
       if (!loading.signal.aborted) this.#fail(cause, ready);
     }
@@ -179,12 +185,19 @@ export class IStarViewer extends Base {
     this.#message.clear();
     this.#backend = undefined;
     this.#sent = undefined;
+    this.#shown = false;
     this.#hover.update(() => undefined);
   }
 
   #fail(cause: unknown, renderer = this.#view.renderer): void {
     const error = viewerError(cause, 'gpu');
-    if (renderer) dropRenderer(renderer);
+    if (error.kind === 'changed' && !this.#again) {
+      this.#load();
+      this.#again = true;
+      return;
+    }
+    if (renderer && error.kind === 'gpu') dropRenderer(renderer);
+    this.#loading?.abort();
     this.#close();
     this.#view.giveUp(error);
     this.#message.error(error);
@@ -198,6 +211,7 @@ export class IStarViewer extends Base {
     this.#status.zoom(place.scale);
     this.#hover.update((x, y) => this.#view.pick(x, y));
     if (first) {
+      this.#shown = true;
       if (this.#backend) this.#status.backend(this.#backend);
       this.#status.root.hidden = false;
       this.#message.clear();
@@ -235,7 +249,7 @@ export class IStarViewer extends Base {
       (region, left) => {
         if (left !== undefined) this.#emit('regionleave', { region: left });
         if (region !== undefined) this.#emit('regionenter', { region });
-        const color = region === undefined ? undefined : view.picture?.regionColor(region);
+        const color = region === undefined ? undefined : view.regionColor(region);
         this.#status.region(region !== undefined && color !== undefined ? { id: region, color } : undefined);
       },
     );

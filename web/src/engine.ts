@@ -1,6 +1,7 @@
-import init, { Picture, Renderer } from '#wasm';
+import init, { Renderer } from '#wasm';
+import { PictureFile } from './archive.js';
 import { ViewerError, viewerError } from './errors.js';
-import { fitted, holdsLabels } from './fitting.js';
+import type { Source } from './source.js';
 
 export type Backend = 'webgpu' | 'webgl2';
 export type BackendChoice = Backend | 'auto';
@@ -36,15 +37,10 @@ export async function dropRenderer(failed: Renderer): Promise<void> {
   }
 }
 
-/** A file without texels is given some first, by a worker, until the signal says that nobody waits for it. */
-export async function openPicture(bytes: Uint8Array, signal: AbortSignal): Promise<Picture> {
+/** Reads the head of a file, while the module is on its way. */
+export async function openFile(source: Source, signal: AbortSignal): Promise<PictureFile> {
   await loadModule();
-  const texels = holdsLabels(bytes) ? await fitted(bytes, signal) : bytes;
-  try {
-    return Picture.open(texels);
-  } catch (cause) {
-    throw viewerError(cause, 'malformed');
-  }
+  return PictureFile.open(source, signal);
 }
 
 /** A failed load is forgotten, so that a retry fetches again. */

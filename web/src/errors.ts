@@ -1,15 +1,35 @@
 /** What went wrong, by who can do something about it. */
-export type ErrorKind = 'network' | 'http' | 'aborted' | 'malformed' | 'unsupported' | 'limit' | 'gpu';
+export type ErrorKind =
+  | 'network'
+  | 'http'
+  | 'aborted'
+  | 'changed'
+  | 'malformed'
+  | 'unsupported'
+  | 'limit'
+  | 'gpu';
 
-const KINDS: readonly string[] = ['network', 'http', 'aborted', 'malformed', 'unsupported', 'limit', 'gpu'];
+const KINDS: readonly string[] = [
+  'network',
+  'http',
+  'aborted',
+  'changed',
+  'malformed',
+  'unsupported',
+  'limit',
+  'gpu',
+];
 
 export class ViewerError extends Error {
   readonly kind: ErrorKind;
+  /** It may go well when it is tried again. */
+  readonly passing: boolean;
 
-  constructor(kind: ErrorKind, message: string, cause?: unknown) {
+  constructor(kind: ErrorKind, message: string, cause?: unknown, passing = false) {
     super(message, { cause });
     this.name = 'ViewerError';
     this.kind = kind;
+    this.passing = passing;
   }
 }
 

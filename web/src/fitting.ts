@@ -4,16 +4,7 @@ import { type ErrorKind, ViewerError } from './errors.js';
 export type FittingJob = Uint8Array;
 export type FittingResult = { bytes: Uint8Array } | { kind: ErrorKind; message: string };
 
-/** Where a file says what it carries, and what it says where that is labels: see SPEC.md. */
-const PAYLOAD = 15;
-const LABELS = 1;
-
 let last: Promise<unknown> = Promise.resolve();
-
-/** Whether a file holds labels, to which texels have to be fitted before it is drawn. */
-export function holdsLabels(bytes: Uint8Array): boolean {
-  return bytes[PAYLOAD] === LABELS;
-}
 
 /**
  * The file with texels. One at a time, however many figures ask: each keeps a processor busy. Each in a worker of its own, whose

@@ -6,6 +6,7 @@ const TITLES: Record<ErrorKind, string> = {
   network: 'The picture could not be loaded.',
   http: 'The picture could not be loaded.',
   aborted: 'Loading was stopped.',
+  changed: 'The picture could not be loaded.',
   malformed: 'This file is damaged or is not an IStar picture.',
   unsupported: 'This picture cannot be shown here.',
   limit: 'This picture is too large to show.',

@@ -3,70 +3,222 @@ import { ViewerError } from './errors.js';
 export interface Progress {
   /** Bytes so far. */
   loaded: number;
-  /** Bytes in all, or undefined where the server does not say. */
+  /** Bytes in all, or undefined where that is not known. */
   total: number | undefined;
 }
 
-/** Fetches a whole file. Every way to fail is a ViewerError. */
-export async function fetchBytes(
-  url: string,
-  signal: AbortSignal,
-  onProgress: (progress: Progress) => void,
-): Promise<Uint8Array> {
-  const response = await request(url, signal);
-  const announced = announcedLength(response);
-  const chunks: Uint8Array[] = [];
-  let loaded = 0;
-  try {
-    const reader = response.body?.getReader();
-    for (let step = await reader?.read(); step && !step.done; step = await reader?.read()) {
-      chunks.push(step.value);
-      loaded += step.value.length;
-      // More than was announced means that the announcement was of something else.
-      onProgress({ loaded, total: announced !== undefined && loaded <= announced ? announced : undefined });
+/** Some bytes of a file: fewer than asked for where it ends before. `etag` says which version of the file they are of. */
+export interface RangeResponse {
+  data: ArrayBuffer;
+  etag?: string | undefined;
+}
+
+/**
+ * Where the bytes of a file come from; as in PMTiles. With an `etag`, bytes of another version are a ViewerError of kind
+ * `changed`.
+ */
+export interface Source {
+  getBytes(offset: number, length: number, signal?: AbortSignal, etag?: string): Promise<RangeResponse>;
+  getKey(): string;
+}
+
+/** Tries in all, and how long to wait before the second, in ms; four times as long before each further one. */
+const TRIES = 3;
+const FIRST_WAIT = 200;
+/** What a server may send that knows no ranges. */
+const MOST_WHOLE = 256 * 1024 * 1024;
+
+/** A file on a server: by ranges, or as a whole where the server knows none. */
+export class FetchSource implements Source {
+  readonly #url: string;
+  readonly #onProgress: ((progress: Progress) => void) | undefined;
+  #loaded = 0;
+  #whole: RangeResponse | undefined;
+
+  constructor(url: string, onProgress?: (progress: Progress) => void) {
+    this.#url = url;
+    this.#onProgress = onProgress;
+  }
+
+  getKey(): string {
+    return this.#url;
+  }
+
+  async getBytes(
+    offset: number,
+    length: number,
+    signal?: AbortSignal,
+    etag?: string,
+  ): Promise<RangeResponse> {
+    let isByRange = true;
+    for (let tried = 1, wait = FIRST_WAIT; ; tried++, wait *= 4) {
+      try {
+        return await this.#bytes(offset, length, isByRange, signal, etag);
+      } catch (cause) {
+        if (!(cause instanceof ViewerError) || !cause.passing || tried === TRIES) throw cause;
+        // A server that packs ranges all the same seems not to be there: browsers refuse what it sends.
+        isByRange = cause.kind !== 'network' || offset > 0 || tried + 1 < TRIES;
+      }
+      await pause(wait, signal);
     }
-  } catch (cause) {
-    if (signal.aborted) throw aborted(cause);
-    const got = announced === undefined ? sizeText(loaded) : `${sizeText(loaded)} of ${sizeText(announced)}`;
-    throw new ViewerError('network', `The connection broke after ${got}.`, cause);
   }
-  return joined(chunks, loaded);
+
+  async #bytes(
+    offset: number,
+    length: number,
+    isByRange: boolean,
+    signal: AbortSignal | undefined,
+    etag: string | undefined,
+  ): Promise<RangeResponse> {
+    const whole = this.#whole;
+    if (whole) return { ...whole, data: whole.data.slice(offset, offset + length) };
+    const range = `bytes=${offset}-${offset + length - 1}`;
+    let response = await request(this.#url, isByRange ? { headers: { range } } : {}, signal);
+    // An empty file has no first byte to send, and a shorter one than it was not these.
+    if (response.status === 416) return { data: new ArrayBuffer(0) };
+    // A range of packed bytes cannot be unpacked.
+    if (response.status === 206 && response.headers.has('content-encoding')) {
+      response.body?.cancel().catch(() => {});
+      response = await request(this.#url, {}, signal);
+    }
+    const tag = strong(response.headers.get('etag'));
+    if (etag && tag && tag !== etag) throw changed();
+    if (response.status === 206)
+      return { data: await this.#body(response, undefined, length, signal), etag: tag };
+    const data = await this.#body(response, announced(response), MOST_WHOLE, signal);
+    this.#whole = { data, etag: tag };
+    return { data: data.slice(offset, offset + length), etag: tag };
+  }
+
+  async #body(
+    response: Response,
+    total: number | undefined,
+    most: number,
+    signal: AbortSignal | undefined,
+  ): Promise<ArrayBuffer> {
+    const chunks: Uint8Array[] = [];
+    let loaded = 0;
+    const tooMuch = () =>
+      new ViewerError('limit', `The server sends more than ${sizeText(most)}: it should know ranges.`);
+    try {
+      if (total !== undefined && total > most) {
+        response.body?.cancel().catch(() => {});
+        throw tooMuch();
+      }
+      const reader = response.body?.getReader();
+      for (let step = await reader?.read(); step && !step.done; step = await reader?.read()) {
+        chunks.push(step.value);
+        loaded += step.value.length;
+        this.#loaded += step.value.length;
+        if (loaded > most) {
+          reader?.cancel().catch(() => {});
+          throw tooMuch();
+        }
+        // More than was announced means that the announcement was of something else.
+        this.#onProgress?.({
+          loaded: this.#loaded,
+          total: total !== undefined && loaded <= total ? total : undefined,
+        });
+      }
+    } catch (cause) {
+      if (signal?.aborted) throw aborted(cause);
+      if (cause instanceof ViewerError) throw cause;
+      const got = total === undefined ? sizeText(loaded) : `${sizeText(loaded)} of ${sizeText(total)}`;
+      throw new ViewerError('network', `The connection broke after ${got}.`, cause, true);
+    }
+    return joined(chunks, loaded);
+  }
 }
 
-async function request(url: string, signal: AbortSignal): Promise<Response> {
-  let response: Response;
-  try {
-    response = await fetch(url, { signal });
-  } catch (cause) {
-    if (signal.aborted) throw aborted(cause);
-    throw new ViewerError('network', `The server could not be reached for ${url}.`, cause);
+/** A file that the user chose. */
+export class FileSource implements Source {
+  readonly #file: File;
+
+  constructor(file: File) {
+    this.#file = file;
   }
-  if (!response.ok) {
-    const reason =
-      response.status === 404 ? 'The server has no such file' : 'The server answered with an error';
-    throw new ViewerError('http', `${reason} (${response.status}): ${url}`);
+
+  getKey(): string {
+    return this.#file.name;
   }
-  return response;
+
+  async getBytes(offset: number, length: number): Promise<RangeResponse> {
+    try {
+      return { data: await this.#file.slice(offset, offset + length).arrayBuffer() };
+    } catch (cause) {
+      throw new ViewerError('network', `${this.#file.name} can no longer be read.`, cause);
+    }
+  }
 }
 
-/** Content-Length counts compressed bytes, and what is read here has been unpacked: no use where the two differ. */
-function announcedLength(response: Response): number | undefined {
-  const length = Number(response.headers.get('content-length'));
-  return length > 0 && !response.headers.get('content-encoding') ? length : undefined;
+/** A file that is in memory as a whole. */
+export class MemorySource implements Source {
+  readonly #bytes: Uint8Array;
+
+  constructor(bytes: Uint8Array) {
+    this.#bytes = bytes;
+  }
+
+  getKey(): string {
+    return '';
+  }
+
+  async getBytes(offset: number, length: number): Promise<RangeResponse> {
+    return { data: this.#bytes.slice(offset, offset + length).buffer as ArrayBuffer };
+  }
+}
+
+export function changed(): ViewerError {
+  return new ViewerError('changed', 'The file changed on the server while it was read.');
 }
 
 function aborted(cause: unknown): ViewerError {
   return new ViewerError('aborted', 'Loading was stopped.', cause);
 }
 
-function joined(chunks: Uint8Array[], length: number): Uint8Array {
+async function request(url: string, init: RequestInit, signal: AbortSignal | undefined): Promise<Response> {
+  let response: Response;
+  try {
+    response = await fetch(url, { ...init, ...(signal && { signal }) });
+  } catch (cause) {
+    if (signal?.aborted) throw aborted(cause);
+    throw new ViewerError('network', `The server could not be reached for ${url}.`, cause, true);
+  }
+  const { ok, status } = response;
+  if (ok || status === 416) return response;
+  const reason = status === 404 ? 'The server has no such file' : 'The server answered with an error';
+  throw new ViewerError('http', `${reason} (${status}): ${url}`, undefined, status >= 500 || status === 429);
+}
+
+/** A weak tag is the same for other bytes that mean the same. */
+function strong(etag: string | null): string | undefined {
+  return etag && !etag.startsWith('W/') ? etag : undefined;
+}
+
+/** Content-Length counts packed bytes, and what is read here has been unpacked: no use where the two differ. */
+function announced(response: Response): number | undefined {
+  const length = Number(response.headers.get('content-length'));
+  return length > 0 && !response.headers.get('content-encoding') ? length : undefined;
+}
+
+function pause(ms: number, signal: AbortSignal | undefined): Promise<void> {
+  return new Promise((resolve, reject) => {
+    const timer = setTimeout(resolve, ms);
+    signal?.addEventListener('abort', () => {
+      clearTimeout(timer);
+      reject(aborted(signal.reason));
+    });
+  });
+}
+
+function joined(chunks: Uint8Array[], length: number): ArrayBuffer {
   const bytes = new Uint8Array(length);
   let at = 0;
   for (const chunk of chunks) {
     bytes.set(chunk, at);
     at += chunk.length;
   }
-  return bytes;
+  return bytes.buffer;
 }
 
 /** Bytes as people read them: `812 B`, `41.3 KB`, `2.0 MB`. */

@@ -1,5 +1,7 @@
-import { Camera, type Picture, type Renderer, type Scene } from '#wasm';
+import { Camera, type Renderer } from '#wasm';
+import type { PictureFile } from './archive.js';
 import { viewerError } from './errors.js';
+import { type Loaded, Tiles } from './tiles.js';
 
 /** Centre in source pixels; `scale` is CSS pixels of the screen per source pixel. */
 export interface Place {
@@ -15,10 +17,13 @@ interface Size {
 }
 
 interface Shown {
-  picture: Picture;
+  tiles: Tiles;
   renderer: Renderer;
-  scene: Scene;
   camera: Camera;
+  /** What the last frame showed, coarser tiles first. */
+  drawn: Loaded[];
+  /** The last frame showed all of the view. */
+  complete: boolean;
 }
 
 export interface ViewHooks {
@@ -64,16 +69,17 @@ export class View {
     }
   }
 
-  /** Takes ownership of the picture. */
-  show(picture: Picture, renderer: Renderer): void {
+  /** Takes ownership of the file. Its tiles are fetched as the view needs them. */
+  show(file: PictureFile, renderer: Renderer): void {
     this.clear();
-    try {
-      const scene = renderer.upload(picture);
-      this.#shown = { picture, renderer, scene, camera: new Camera(picture.width, picture.height) };
-    } catch (cause) {
-      picture.free();
-      throw viewerError(cause, 'gpu');
-    }
+    const tiles = new Tiles(
+      file,
+      renderer,
+      () => this.redraw(),
+      (cause) => this.#hooks.failed(cause),
+    );
+    const camera = new Camera(file.archive.width, file.archive.height);
+    this.#shown = { tiles, renderer, camera, drawn: [], complete: false };
     this.#fitted = true;
     this.#first = true;
     this.#applySize();
@@ -85,14 +91,18 @@ export class View {
     this.#frame = 0;
     const shown = this.#shown;
     this.#shown = undefined;
-    shown?.scene.free();
+    shown?.tiles.free();
     shown?.camera.free();
-    shown?.picture.free();
     this.#context?.clearRect(0, 0, this.canvas.width, this.canvas.height);
   }
 
-  get picture(): Picture | undefined {
-    return this.#shown?.picture;
+  /** A region's colour as 0xRRGGBBAA, where it is in view. */
+  regionColor(region: number): number | undefined {
+    for (const { tile } of this.#shown?.drawn ?? []) {
+      const color = tile.regionColor(region);
+      if (color !== undefined) return color;
+    }
+    return undefined;
   }
 
   get renderer(): Renderer | undefined {
@@ -143,19 +153,25 @@ export class View {
   /** The region under a place of the browser's window. */
   pick(clientX: number, clientY: number): number | undefined {
     if (!this.#shown) return undefined;
-    const { picture, camera } = this.#shown;
+    const { drawn, camera } = this.#shown;
     const box = this.canvas.getBoundingClientRect();
     const ratio = this.#ratio;
-    return picture.pick(camera, (clientX - box.left) * ratio, (clientY - box.top) * ratio);
+    const [x, y] = [(clientX - box.left) * ratio, (clientY - box.top) * ratio];
+    // The last to be drawn covers the others.
+    for (let i = drawn.length - 1; i >= 0; i--) {
+      const region = drawn[i]?.tile.pick(camera, x, y);
+      if (region !== undefined) return region;
+    }
+    return undefined;
   }
 
   redraw(): void {
     if (this.#frame === 0 && this.#shown) this.#frame = requestAnimationFrame(() => this.#draw());
   }
 
-  /** Resolves when the canvas shows the current view. */
+  /** Resolves when the canvas shows the current view, with all of its tiles. */
   settled(): Promise<void> {
-    if (this.#shown && this.#frame === 0 && !this.#first) return Promise.resolve();
+    if (this.#shown?.complete && this.#frame === 0 && !this.#first) return Promise.resolve();
     return new Promise((resolve, reject) => {
       this.#waiting.push({ resolve, reject });
     });
@@ -169,6 +185,7 @@ export class View {
   #move(change: (camera: Camera) => void): void {
     if (!this.#shown) return;
     this.#fitted = false;
+    this.#shown.complete = false;
     change(this.#shown.camera);
     this.redraw();
   }
@@ -194,9 +211,15 @@ export class View {
     const { width, height } = this.#size;
     // A hidden figure has no size, and is drawn when it gets one.
     if (!this.#shown || !this.#context || width === 0 || height === 0) return;
-    const { picture, renderer, scene, camera } = this.#shown;
+    const shown = this.#shown;
+    const { renderer, camera } = shown;
     try {
-      renderer.place(scene, 0, 0, picture.width, picture.height, 0);
+      const { tiles, complete } = shown.tiles.frame(camera);
+      // It may have failed, and all that is shown with it.
+      if (this.#shown !== shown) return;
+      Object.assign(shown, { drawn: tiles, complete });
+      if (tiles.length === 0) return;
+      for (const { tile, scene } of tiles) renderer.place(scene, tile);
       renderer.draw(camera);
       if (this.canvas.width !== width || this.canvas.height !== height)
         Object.assign(this.canvas, this.#size);
@@ -210,7 +233,7 @@ export class View {
     const first = this.#first;
     this.#first = false;
     this.#hooks.drawn(first);
-    for (const { resolve } of this.#waiting.splice(0)) resolve();
+    if (shown.complete) for (const { resolve } of this.#waiting.splice(0)) resolve();
   }
 }
 

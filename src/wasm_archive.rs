@@ -1,0 +1,172 @@
+//! The classes by which the web viewer reads a file tile by tile. Thin: what they do is in `container`
+//! and `raster`. Bytes are fetched elsewhere.
+
+use crate::container::{self, Found, Index, LEVEL_STEP_LOG2, Opened, Payload, TileAt};
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::model::{Image, RegionId};
+use crate::placement::Placement;
+use crate::raster;
+use crate::wasm::Camera;
+use crate::wasm_error::thrown;
+use std::rc::Rc;
+use wasm_bindgen::prelude::*;
+
+/// A file of which the head is there.
+#[wasm_bindgen]
+pub struct Archive(Box<Index>);
+
+#[wasm_bindgen]
+impl Archive {
+    /// How many bytes from the start of a file its head has, as far as the first of them tell: no more than
+    /// those when all of it is there. Throws an `Error` whose name is `malformed`, `unsupported` or `limit`.
+    pub fn needs(start: &[u8]) -> std::result::Result<f64, JsValue> {
+        console_error_panic_hook::set_once();
+        match Index::open(start, &Limits::default()).map_err(thrown)? {
+            Opened::Needs(bytes) => Ok(bytes as f64),
+            Opened::Index(_) => Ok(0.0),
+        }
+    }
+
+    /// Reads the head of a file. Throws as `needs`, and where the head is not all there.
+    pub fn open(start: &[u8]) -> std::result::Result<Archive, JsValue> {
+        let open = || match Index::open(start, &Limits::default())? {
+            Opened::Index(index) => Ok(Archive(index)),
+            Opened::Needs(_) => Err(Error::malformed("file", "it was cut short")),
+        };
+        open().map_err(thrown)
+    }
+
+    /// Source pixels from left to right.
+    #[wasm_bindgen(getter)]
+    pub fn width(&self) -> u32 {
+        self.0.layout().size[0]
+    }
+
+    /// Source pixels from top to bottom.
+    #[wasm_bindgen(getter)]
+    pub fn height(&self) -> u32 {
+        self.0.layout().size[1]
+    }
+
+    /// The number of regions.
+    #[wasm_bindgen(getter, js_name = regionCount)]
+    pub fn region_count(&self) -> u32 {
+        self.0.regions()
+    }
+
+    /// The number of levels.
+    #[wasm_bindgen(getter)]
+    pub fn levels(&self) -> u32 {
+        self.0.layout().levels.into()
+    }
+
+    /// Bytes of the file.
+    #[wasm_bindgen(getter)]
+    pub fn length(&self) -> f64 {
+        self.0.length() as f64
+    }
+
+    /// Whether the file holds labels, to which texels have to be fitted before it is drawn.
+    #[wasm_bindgen(getter, js_name = holdsLabels)]
+    pub fn holds_labels(&self) -> bool {
+        self.0.payload() == Payload::Labels
+    }
+
+    /// The tiles that a camera shows, at the level that suits it, the nearest to the middle first: level, column
+    /// and row of each.
+    pub fn view(&self, camera: &Camera) -> Vec<u32> {
+        let camera = &camera.0;
+        let level = self.0.layout().level_at(camera.scale());
+        let step = f64::from(1u32 << (level * LEVEL_STEP_LOG2));
+        let corner = |along: [f64; 2]| camera.to_source(along).to_f64().map(|x| x / step);
+        let end = corner(camera.viewport().map(f64::from));
+        let tiles = self.0.layout().tiles_within(level, corner([0.0; 2]), end);
+        tiles.iter().flat_map(|tile| [tile.level.into(), tile.at[0], tile.at[1]]).collect()
+    }
+
+    /// Where a tile is: nothing if it is in no part of this file; else the offset and the length of its bytes. If
+    /// a part of the directory has to be added first, the offset and length of that, and its number.
+    pub fn find(&self, level: u8, x: u32, y: u32) -> std::result::Result<Vec<f64>, JsValue> {
+        let found = self.0.find(TileAt { level, at: [x, y] }).map_err(thrown)?;
+        let range =
+            |range: std::ops::Range<u64>| [range.start as f64, (range.end - range.start) as f64];
+        Ok(match found {
+            Found::Absent => Vec::new(),
+            Found::Tile(bytes) => range(bytes).to_vec(),
+            Found::Directory(number, bytes) => {
+                let [offset, length] = range(bytes);
+                vec![offset, length, number as f64]
+            }
+        })
+    }
+
+    /// Takes a part of the directory. Throws an `Error` whose name is `malformed`.
+    #[wasm_bindgen(js_name = addDirectory)]
+    pub fn add_directory(&mut self, number: u32, bytes: &[u8]) -> std::result::Result<(), JsValue> {
+        self.0.add_directory(number as usize, bytes).map_err(thrown)
+    }
+
+    /// Reads a tile from its bytes. Throws as `needs`.
+    #[wasm_bindgen(js_name = readTile)]
+    pub fn read_tile(
+        &self,
+        level: u8,
+        x: u32,
+        y: u32,
+        bytes: &[u8],
+    ) -> std::result::Result<Tile, JsValue> {
+        let read = || -> Result<Tile> {
+            let at = TileAt { level, at: [x, y] };
+            let layout = self.0.layout();
+            let container::Tile { model, regions, .. } =
+                container::read_tile(&self.0, at, bytes, &Limits::default())?;
+            let step_log2 = level * LEVEL_STEP_LOG2;
+            let origin = layout.tile_rect(at).0.map(|along| along << step_log2);
+            // The last pixels of a coarser level reach beyond the picture.
+            let size = std::array::from_fn(|axis| {
+                let most = layout.size[axis] - origin[axis];
+                u64::from(most).min(u64::from(model.size[axis]) << step_log2) as u32
+            });
+            let placement = Placement { origin, step_log2, size };
+            Ok(Tile { model: Rc::new(model), regions, placement })
+        };
+        read().map_err(thrown)
+    }
+}
+
+/// One tile of a picture.
+#[wasm_bindgen]
+pub struct Tile {
+    pub(crate) model: Rc<Image>,
+    /// For each of its regions its number in the whole picture, in ascending order.
+    regions: Vec<RegionId>,
+    pub(crate) placement: Placement,
+}
+
+#[wasm_bindgen]
+impl Tile {
+    /// Bytes of memory that it takes, about.
+    #[wasm_bindgen(getter)]
+    pub fn bytes(&self) -> f64 {
+        self.model.bytes() as f64
+    }
+
+    /// The region under a device pixel of the camera's viewport; none outside the tile.
+    pub fn pick(&self, camera: &Camera, x: f64, y: f64) -> Option<u32> {
+        // The pixel's middle: what decides its colour.
+        let screen = [x, y].map(|along| along.floor() + 0.5);
+        let mut point = camera.0.to_source(screen);
+        (0..2).for_each(|axis| point.whole[axis] -= i64::from(self.placement.origin[axis]));
+        let own = point.coarser(self.placement.step_log2);
+        let region = raster::region_at(&self.model, &own)?;
+        self.regions.get(region as usize).copied()
+    }
+
+    /// A region's colour as 0xRRGGBBAA, straight; none for one that the tile does not show.
+    #[wasm_bindgen(js_name = regionColor)]
+    pub fn region_color(&self, id: u32) -> Option<u32> {
+        let own = self.regions.binary_search(&id).ok()?;
+        Some(u32::from_be_bytes(self.model.regions[own].color))
+    }
+}

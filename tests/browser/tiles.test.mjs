@@ -1,0 +1,376 @@
+// Files in tiles and levels: what is fetched for a view, and what is shown until it is there.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { crc32, gzipSync } from 'node:zlib';
+import { PNG } from 'pngjs';
+import { cli } from '../../web/tasks/project.mjs';
+import * as harness from './harness.mjs';
+
+const VIEWPORT = { width: 480, height: 360 };
+/** As in drawing.test.mjs. */
+const CHANNEL_TOLERANCE = 2;
+const DIFFERING_SHARE = 0.001;
+
+/** A quilt of discs on squares, each in one of some colours. */
+function quilt(width, height) {
+  const png = new PNG({ width, height });
+  for (let y = 0; y < height; y++) {
+    for (let x = 0; x < width; x++) {
+      const inDisc = Math.hypot((x % 64) - 31.5, (y % 64) - 31.5) < 22;
+      const square = (x >> 6) * 7 + (y >> 6) * 3;
+      const color = inDisc ? [40 * (square % 6), 200, 90] : [230, 30 * (square % 8), 60];
+      png.data.set([...color, 255], 4 * (y * width + x));
+    }
+  }
+  return PNG.sync.write(png);
+}
+
+function encoded(name, [width, height], ...options) {
+  const [png, file] = [join(folder, `${name}.png`), join(folder, `${name}.istar`)];
+  writeFileSync(png, quilt(width, height));
+  execFileSync(cli, ['encode', png, '-o', file, ...options], { stdio: ['ignore', 'ignore', 'inherit'] });
+  return file;
+}
+
+function varint(number) {
+  const bytes = [];
+  for (; number > 0x7f; number = Math.floor(number / 128)) bytes.push((number % 128) | 0x80);
+  return Buffer.from([...bytes, number]);
+}
+
+function u32(number) {
+  const bytes = Buffer.alloc(4);
+  bytes.writeUInt32LE(number >>> 0);
+  return bytes;
+}
+
+/**
+ * The head of a file of 65,536 × 65,536 pixels, all of whose tiles are that of a file of 1024 × 1024: as SPEC.md says. The file
+ * itself is never made, only what is asked for: `slice`.
+ */
+function huge(small) {
+  const start = 40 + small.readUInt32LE(32);
+  const tile = small.subarray(start);
+  const entry = Buffer.concat([varint(tile.length), u32(crc32(tile))]);
+  const leaf = (tiles) => Buffer.concat(Array(tiles).fill(entry));
+  // Levels of 1, 4², 16² tiles are in the root; that of 64² tiles in 16 parts.
+  const root = [varint(1000), varint(0)];
+  const sections = [];
+  for (const tiles of [1, 16, 256]) {
+    root.push(varint(0), leaf(tiles));
+    sections.push(Array(tiles).fill(tile));
+  }
+  const part = leaf(256);
+  for (let i = 0; i < 16; i++) {
+    root.push(varint(part.length), u32(crc32(part)), varint(256 * tile.length));
+    sections.push([part, ...Array(256).fill(tile)]);
+  }
+  const header = Buffer.from(small.subarray(0, 36));
+  header.writeUInt32LE(65536, 16);
+  header.writeUInt32LE(65536, 20);
+  header[28] = 10;
+  header[29] = 4;
+  const rootBytes = Buffer.concat(root);
+  header.writeUInt32LE(rootBytes.length, 32);
+  const head = Buffer.concat([header, u32(crc32(Buffer.concat([header, rootBytes]))), rootBytes]);
+  const pieces = [head, ...sections.flat()];
+  const length = pieces.reduce((sum, piece) => sum + piece.length, 0);
+  const slice = (from, to) => {
+    const found = [];
+    let at = 0;
+    for (const piece of pieces) {
+      if (at < to && at + piece.length > from) {
+        found.push(piece.subarray(Math.max(0, from - at), Math.max(0, Math.min(piece.length, to - at))));
+      }
+      at += piece.length;
+    }
+    return Buffer.concat(found);
+  };
+  return { length, slice, tile: tile.length };
+}
+
+let folder;
+let server;
+let browser;
+let files;
+let base;
+/** The picture of 2048 × 1536 in tiles of 256 and three levels; and the huge one. */
+let pictures;
+/** Requests by name, as [from, to] of bytes; null for a whole file. */
+let asked;
+/** Answers in place of the usual one, by name. */
+let answers;
+
+before(async () => {
+  folder = mkdtempSync(join(tmpdir(), 'istar-'));
+  const quilted = readFileSync(encoded('quilt', [2048, 1536], '--tile-size', '256'));
+  const small = readFileSync(encoded('small', [1024, 1024]));
+  pictures = {
+    quilt: { length: quilted.length, slice: (from, to) => quilted.subarray(from, to) },
+    huge: huge(small),
+  };
+  server = await harness.serve();
+  browser = await harness.launch();
+  files = createServer((request, response) => {
+    const [name, kind] = request.url.slice(1).split('.');
+    response.setHeader('access-control-allow-origin', '*');
+    response.setHeader('access-control-expose-headers', 'etag, content-range, content-encoding');
+    response.setHeader('cache-control', 'no-store');
+    const picture = pictures[name];
+    const range = /bytes=(\d+)-(\d+)/.exec(request.headers.range ?? '');
+    const [from, to] = range
+      ? [Number(range[1]), Math.min(Number(range[2]) + 1, picture.length)]
+      : [0, picture.length];
+    asked.push(range ? [from, to] : null);
+    const usual = () => {
+      if (range && from >= picture.length) return response.writeHead(416).end();
+      if (range) response.writeHead(206, { 'content-range': `bytes ${from}-${to - 1}/${picture.length}` });
+      response.end(picture.slice(from, to));
+    };
+    (answers[kind] ?? usual)({ request, response, from, to, picture, usual });
+  });
+  await new Promise((ready) => files.listen(0, '127.0.0.1', ready));
+  base = `http://127.0.0.1:${files.address().port}/`;
+});
+after(async () => {
+  await browser?.close();
+  server?.stop();
+  files?.closeAllConnections();
+  files?.close();
+  rmSync(folder, { recursive: true });
+});
+
+async function open(name, { backend = 'webgl2', answer = {}, viewport = VIEWPORT } = {}) {
+  asked = [];
+  answers = answer;
+  const tab = await harness.newPage(browser, { viewport });
+  const url = `${server.url}view.html?backend=${backend}&src=${encodeURIComponent(base + name)}`;
+  await tab.page.goto(url);
+  return tab;
+}
+
+/** Waits until all of the view is there. */
+async function settled(page) {
+  await harness.event(page, 'load');
+  await page.evaluate(() => document.querySelector('istar-viewer').painted);
+}
+
+function bytesAsked() {
+  return asked.reduce((sum, [from, to]) => sum + to - from, 0);
+}
+
+async function looksRight(page, name) {
+  const place = await harness.place(page);
+  const actual = await harness.shot(page);
+  const expected = harness.oracle(join(folder, 'quilt.istar'), place, VIEWPORT);
+  assert.ok(harness.colors(expected) > 1 && harness.colors(actual) > 1, 'a single colour');
+  const { share, picture } = harness.difference(actual, expected, CHANNEL_TOLERANCE);
+  if (share > DIFFERING_SHARE) {
+    const kept = harness.keepFailure(name, expected, picture, actual);
+    assert.fail(`${(share * 100).toFixed(3)} % of the pixels differ, see ${kept}`);
+  }
+}
+
+for (const backend of harness.BACKENDS) {
+  test(`tiles and levels with ${backend} look like the oracle`, async () => {
+    const { page, uncaught, close } = await open('quilt.istar', { backend });
+    await settled(page);
+    await looksRight(page, `tiles-whole-${backend}`);
+    // Where four tiles meet, from close by and from further off, and at a level between.
+    for (const [x, y, scale] of [
+      [512, 512, 1.5],
+      [1024.25, 768.5, 40],
+      [1100, 700, 0.4],
+    ]) {
+      await harness.zoomTo(page, x, y, scale);
+      await looksRight(page, `tiles-${scale}-${backend}`);
+    }
+    assert.deepEqual(uncaught, []);
+    await close();
+  });
+}
+
+test('a picture of 65,536 by 65,536 pixels is sharp after three requests and 200 KB', async () => {
+  const { page, uncaught, close } = await open('huge.istar', { viewport: { width: 1024, height: 768 } });
+  await settled(page);
+  const [requests, bytes] = [asked.length, bytesAsked()];
+  assert.ok(requests <= 3, `${requests} requests`);
+  assert.ok(bytes <= 200_000, `${bytes} bytes`);
+  console.log(`all of it: ${requests} requests, ${bytes} bytes of ${pictures.huge.length}`);
+
+  // A place at the finest level: a part of the directory, and its tiles.
+  asked = [];
+  await harness.zoomTo(page, 30_000.5, 40_000.5, 1);
+  console.log(`a place: ${asked.length} requests, ${bytesAsked()} bytes`);
+  assert.ok(asked.length <= 3 && bytesAsked() <= 200_000, `${asked.length} requests, ${bytesAsked()} bytes`);
+  assert.ok(harness.colors(await harness.shot(page)) > 1);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('a view fetches the tiles that it shows, each once, and what was seen is there', async () => {
+  const { page, close } = await open('quilt.istar');
+  await settled(page);
+  const tile = 256;
+  // Tiles that a view shows: by its place and its size, at the finest level.
+  const columns = (at, scale, extent, most) => {
+    const reach = extent / scale / 2;
+    const from = Math.max(0, Math.floor((at - reach) / tile));
+    return Math.min(most - 1, Math.ceil((at + reach) / tile) - 1) - from + 1;
+  };
+  for (const [x, y, scale] of [
+    [300.5, 300.5, 1],
+    [900.5, 900.5, 2],
+    [1500.5, 600.5, 9],
+  ]) {
+    asked = [];
+    await harness.zoomTo(page, x, y, scale);
+    const tiles = columns(x, scale, VIEWPORT.width, 8) * columns(y, scale, VIEWPORT.height, 6);
+    const most = 1.5 * tiles * Math.max(...asked.map(([from, to]) => to - from));
+    assert.ok(asked.length >= 1 && asked.length <= tiles, `${asked.length} requests for ${tiles} tiles`);
+    assert.ok(bytesAsked() <= most, `${bytesAsked()} bytes for ${tiles} tiles`);
+  }
+  asked = [];
+  await harness.zoomTo(page, 300.5, 300.5, 1);
+  assert.deepEqual(asked, []);
+  await close();
+});
+
+test('what is coarse is shown until what is fine is there, and there never is a hole', async () => {
+  const held = [];
+  let isHeld = false;
+  const later = ({ usual }) => (isHeld ? held.push(usual) : usual());
+  const { page, uncaught, close } = await open('quilt.later', { answer: { later } });
+  await settled(page);
+  isHeld = true;
+  const pixels = () =>
+    page.evaluate(async () => {
+      await new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)));
+      const drawn = document.querySelector('istar-viewer').shadowRoot.querySelector('canvas');
+      const { data } = drawn.getContext('2d').getImageData(0, 0, drawn.width, drawn.height);
+      const colors = new Set(new Uint32Array(data.buffer));
+      return { holes: data.filter((byte, i) => i % 4 === 3 && byte < 255).length, colors: colors.size };
+    });
+  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(1000, 700, 3));
+  await page.waitForTimeout(200);
+  const before = await pixels();
+  assert.equal(before.holes, 0);
+  assert.ok(before.colors > 1);
+  assert.ok(held.length > 0, 'the finest tiles are on their way');
+  isHeld = false;
+  for (const answer of held.splice(0)) answer();
+  await page.evaluate(() => document.querySelector('istar-viewer').painted);
+  await looksRight(page, 'tiles-refined');
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('what a moved view no longer needs is not waited for', async () => {
+  const ended = [];
+  let isHeld = false;
+  const held = ({ request, response, usual }) => {
+    if (isHeld) response.on('close', () => ended.push(request.headers.range));
+    else usual();
+  };
+  const { page, close } = await open('quilt.held', { answer: { held } });
+  await settled(page);
+  isHeld = true;
+  asked = [];
+  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(1000, 700, 3));
+  while (asked.length === 0) await page.waitForTimeout(50);
+  isHeld = false;
+  assert.deepEqual(ended, []);
+  await harness.zoomTo(page, 1900, 1400, 3);
+  for (let wait = 0; ended.length === 0 && wait < 40; wait++) await page.waitForTimeout(50);
+  assert.ok(ended.length > 0);
+  await close();
+});
+
+const servers = {
+  'that knows no ranges': ({ picture, response }) => response.end(picture.slice(0, picture.length)),
+  'that packs what it sends': ({ picture, response }) => {
+    response.writeHead(200, { 'content-encoding': 'gzip' });
+    response.end(gzipSync(picture.slice(0, picture.length)));
+  },
+  'that packs ranges': ({ request, picture, response, from, to }) => {
+    const packed = gzipSync(picture.slice(0, picture.length));
+    if (!request.headers.range) return response.writeHead(200, { 'content-encoding': 'gzip' }).end(packed);
+    const end = Math.min(to, packed.length);
+    response.writeHead(206, {
+      'content-encoding': 'gzip',
+      'content-range': `bytes ${from}-${end - 1}/${packed.length}`,
+    });
+    response.end(packed.subarray(from, end));
+  },
+  'that fails now and then': (() => {
+    let count = 0;
+    return ({ response, usual }) => {
+      if (count++ % 2 === 0) response.writeHead(503).end();
+      else usual();
+    };
+  })(),
+  'that cuts connections': (() => {
+    let count = 0;
+    return ({ response, from, to, picture, usual }) => {
+      if (count++ % 2 === 1) return usual();
+      response.writeHead(206, {
+        'content-length': to - from,
+        'content-range': `bytes ${from}-${to - 1}/${picture.length}`,
+      });
+      response.write(picture.slice(from, from + (to - from) / 2), () => response.destroy());
+    };
+  })(),
+};
+for (const [name, answer] of Object.entries(servers)) {
+  test(`a server ${name} will do`, async () => {
+    const { page, uncaught, close } = await open('quilt.odd', { answer: { odd: answer } });
+    await settled(page);
+    await harness.zoomTo(page, 700.5, 500.5, 2);
+    await looksRight(page, `tiles-odd-${name.replaceAll(' ', '-')}`);
+    assert.deepEqual(uncaught, []);
+    await close();
+  });
+}
+
+test('a file that changes midway is read anew, once', async () => {
+  let version = 0;
+  const changing = ({ response, usual }) => {
+    response.setHeader('etag', `"${version}"`);
+    usual();
+  };
+  const { page, close } = await open('quilt.changing', { answer: { changing } });
+  await settled(page);
+  version++;
+  const loads = () => page.evaluate(() => window.seen.filter(({ name }) => name === 'load').length);
+  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(700, 500, 3));
+  await page.waitForFunction(() => window.seen.filter(({ name }) => name === 'load').length === 2);
+  assert.equal(await loads(), 2);
+  version++;
+  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(1700, 1200, 3));
+  assert.equal((await harness.event(page, 'error')).kind, 'changed');
+  await close();
+});
+
+test('a damaged tile is replaced by what is coarser, and the others are sharp', async () => {
+  // The last tile of the finest level.
+  const damaged = ({ response, from, to, picture }) => {
+    const bytes = Buffer.from(picture.slice(from, to));
+    const at = picture.length - 20;
+    if (at >= from && at < to) bytes[at - from] ^= 1;
+    response.writeHead(206, { 'content-range': `bytes ${from}-${to - 1}/${picture.length}` });
+    response.end(bytes);
+  };
+  const { page, uncaught, close } = await open('quilt.damaged', { answer: { damaged } });
+  await settled(page);
+  await harness.zoomTo(page, 1920.5, 1400.5, 4);
+  assert.ok(harness.colors(await harness.shot(page)) > 1);
+  await harness.zoomTo(page, 700.5, 500.5, 2);
+  await looksRight(page, 'tiles-beside-damaged');
+  assert.deepEqual(uncaught, []);
+  await close();
+});
