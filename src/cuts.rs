@@ -164,15 +164,6 @@ pub(crate) fn value(image: &Image, cells: &Cells<3>, cell: [u32; 2]) -> [Biquadr
 }
 
 impl Biquadratic {
-    /// Value and derivatives by x and y.
-    pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 3] {
-        let [c0, c1, c2] = &self.0;
-        let row: [f64; 3] = std::array::from_fn(|b| c0[b] + x * (c1[b] + x * c2[b]));
-        let by_x: [f64; 3] = std::array::from_fn(|b| c1[b] + 2.0 * x * c2[b]);
-        let along = |r: [f64; 3]| r[0] + y * (r[1] + y * r[2]);
-        [along(row), along(by_x), row[1] + 2.0 * y * row[2]]
-    }
-
     /// The same polynomial of (d / `unit`), times `unit`, where d is the way from `from`: what stays of
     /// it from so close by that f32 counts in units of the screen.
     pub fn about(&self, from: [f64; 2], unit: f64) -> Self {
@@ -210,24 +201,19 @@ mod tests {
     use super::*;
     use crate::kernel::Kernel;
 
-    #[test]
-    fn the_derivatives_are_derivatives() {
-        let p = Biquadratic([[3.0, -2.0, 5.0], [1.0, 4.0, -7.0], [-6.0, 2.5, 8.0]]);
-        let [_, dx, dy] = p.at([0.3, 0.6]);
-        let h = 1e-6;
-        let numeric = |a: [f64; 2], b: [f64; 2]| (p.at(a)[0] - p.at(b)[0]) / (2.0 * h);
-        assert!((numeric([0.3 + h, 0.6], [0.3 - h, 0.6]) - dx).abs() < 1e-6);
-        assert!((numeric([0.3, 0.6 + h], [0.3, 0.6 - h]) - dy).abs() < 1e-6);
+    fn at(p: &Biquadratic, [x, y]: [f64; 2]) -> f64 {
+        let along = |c: [f64; 3], t: f64| c[0] + t * (c[1] + t * c[2]);
+        along(p.0.map(|column| along(column, y)), x)
     }
 
     #[test]
     fn from_close_by_it_is_the_same() {
         let p = Biquadratic([[3.0, -2.0, 5.0], [1.0, 4.0, -7.0], [-6.0, 2.5, 8.0]]);
         let close = p.about([0.3, 0.6], 100.0);
-        let there = p.at([0.3 + 0.07, 0.6 - 0.02])[0];
-        assert!((close.at([7.0, -2.0])[0] / 100.0 - there).abs() < 1e-12);
-        let middle = close.at([0.0; 2])[0];
-        assert!((close.at([7.0, -2.0])[0] - middle).abs() <= close.sway(7.0));
+        let there = at(&p, [0.3 + 0.07, 0.6 - 0.02]);
+        assert!((at(&close, [7.0, -2.0]) / 100.0 - there).abs() < 1e-12);
+        let middle = at(&close, [0.0; 2]);
+        assert!((at(&close, [7.0, -2.0]) - middle).abs() <= close.sway(7.0));
     }
 
     #[test]

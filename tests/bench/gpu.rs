@@ -35,8 +35,7 @@ pub fn print(rows: &Rows) -> bool {
     println!("\ngpu: {side} × {side} on {}", renderer.name());
     println!("{:<14} {:<12} {:>9} {:>8} {:>7}", "picture", "view", "scale", "ms", "×quad");
     let quad = quad::Quad::new(side);
-    let mut least_quad =
-        || (0..TIMES).map(|_| quad.seconds_per_frame(FRAMES)).fold(f64::MAX, f64::min);
+    let least_quad = || (0..TIMES).map(|_| quad.seconds_per_frame(FRAMES)).fold(f64::MAX, f64::min);
     let time = |scene: &Scene, camera: &Camera, size: [u32; 2]| {
         let placed = [(scene, Placement::whole(size))];
         let seconds = || renderer.seconds_per_frame(&placed, camera, FRAMES).expect("a frame");
@@ -107,8 +106,10 @@ fn views(image: &Image) -> Vec<(&'static str, [f64; 2], Option<f64>)> {
 fn checkered(regions: u32) -> Image {
     const BLOCKS: u32 = 1000;
     let mut lists = Lists::default();
-    let node =
-        |i: u32| Node { position: if i % 2 == 0 { [0; 3] } else { [255; 3] }, region: Some(i) };
+    let node = |i: u32| Node {
+        position: if i.is_multiple_of(2) { [0; 3] } else { [255; 3] },
+        region: Some(i),
+    };
     for i in 0..regions {
         let pair = [i, (i + 1) % regions];
         lists.push(&[pair[0].min(pair[1]), pair[0].max(pair[1])]);
