@@ -487,6 +487,7 @@ fn words_that_do_not_fit_end_with_2() {
         &["encode", "a.png", "-o", "b", "--max-bytes", "900", "--texel-size", "8"],
         &["encode", "a.png", "-o", "b", "--psnr", "-3"],
         &["encode", "a.png", "-o", "b", "--min-region", "-1"],
+        &["encode", "a.png", "-o", "b", "--label-cost", "1.5"],
         &["encode", "a.png", "-o", "b", "--forbid", "1,2"],
         &["encode", "a.png", "-o", "b", "--forbid", "1,2,#12345"],
         &["decode", "a.istar", "-o", "b", "--width", "0"],
