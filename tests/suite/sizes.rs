@@ -98,7 +98,7 @@ fn a_faint_boundary_is_kept_as_well_as_a_wrong_label_costs() {
     }
 }
 
-/// The same two greys in the waves above white, and black that meets both: cells have to choose.
+/// Two such greys in narrow waves, and black below them: cells have to choose.
 fn faint_and_strong() -> Source<2> {
     let colors: Vec<[u8; 4]> = (0..128u32 * 256)
         .map(|i| [f64::from(i % 256), f64::from(i / 256)])
