@@ -38,6 +38,10 @@ pub struct EncodeOptions {
     /// How many pixels, black for white, a byte must set right to be spent, where each block has its
     /// own texel size: more for fewer bytes, less for a better picture.
     pub price: f64,
+    /// What a pixel of another region costs, beyond the square of how far its colour is off and as a
+    /// part of black for white: with 0 colours alone count, with more the boundary between two regions
+    /// of like colours does too.
+    pub label_cost: f64,
     /// Interpolation of texels.
     pub kernel: Kernel,
     /// The decoding function.
@@ -62,6 +66,7 @@ impl Default for EncodeOptions {
         EncodeOptions {
             texel_size: None,
             price: 0.25,
+            label_cost: fit::LABEL_COST,
             kernel: Kernel::default(),
             gamma: Gamma::default(),
             connectivity: Connectivity::default(),
@@ -77,7 +82,7 @@ impl Default for EncodeOptions {
 ///
 /// # Errors
 /// [`Error::Usage`] for a texel size that is no power of two from 2 to 64, a price that is no number
-/// above 0, or classes to be parted that
+/// above 0, a label cost that is none from 0 to 1, or classes to be parted that
 /// the picture does not have; [`Error::Limit`] for more regions than the limits allow, or where there
 /// is no room for a layer.
 pub fn encode(
@@ -169,6 +174,11 @@ impl<'a> Prepared<'a> {
         options: &'a EncodeOptions,
         stage: &mut impl FnMut(&'static str),
     ) -> Result<Self> {
+        let label_cost = options.label_cost;
+        if !(0.0..=1.0).contains(&label_cost) {
+            let message = format!("a label cost of {label_cost}: give a number from 0 to 1");
+            return Err(Error::Usage(message));
+        }
         stage("finding regions");
         let EncodeOptions { connectivity, min_region, limits, .. } = options;
         let mut regions = components(source, *connectivity, limits)?;
@@ -264,6 +274,10 @@ impl<'a> Prepared<'a> {
         }
     }
 
+    pub(crate) fn options(&self) -> &EncodeOptions {
+        self.options
+    }
+
     pub(crate) fn regions(&self) -> &Regions<2> {
         &self.regions
     }
@@ -325,6 +339,7 @@ fn encode_cells(
     let Prepared { source, options, regions: whole, .. } = prepared;
     let distances = prepared.distances();
     let Parts { regions, dual, .. } = parts;
+    let label_cost = options.label_cost;
     let mut notes = Notes::default();
     let mut fitted: Option<(Vec<[u8; 3]>, Image)> = None;
     let mut closings = CLOSINGS;
@@ -343,7 +358,7 @@ fn encode_cells(
         if fitted.is_none() {
             // Most of what needs finer texels shows before the fit, which takes longer.
             stage("looking for what was lost");
-            let lost = fit::rescue(&mut image, regions, false);
+            let lost = fit::rescue(&mut image, regions, label_cost, false);
             if !lost.is_empty() {
                 cells.refine_at(&lost);
                 continue;
@@ -351,23 +366,23 @@ fn encode_cells(
         }
         stage("fitting texels");
         match &fitted {
-            Some((_, before)) => fit::resume(&mut image, before, regions),
-            None => fit::fit_with(&mut image, regions, prepared.effort),
+            Some((_, before)) => fit::resume(&mut image, before, regions, label_cost),
+            None => fit::fit_with(&mut image, regions, label_cost, prepared.effort),
         }
         if options.gamma == Gamma::Planes {
             stage("fitting planes");
             embed::fit_planes(&mut image, whole);
-            fit::refit(&mut image, regions);
+            fit::refit(&mut image, regions, label_cost);
         }
         let mut is_whole = false;
         if !has_distances {
-            is_whole = !refine(&mut cells, &mut image, regions, &mut closings, stage);
+            is_whole = !refine(&mut cells, &mut image, regions, label_cost, &mut closings, stage);
         }
         if has_distances || is_whole {
             stage("fitting distances");
-            fit::fit_distances_with(&mut image, regions, distances, prepared.effort);
+            fit::fit_distances_with(&mut image, regions, label_cost, distances, prepared.effort);
             has_distances = true;
-            is_whole = !refine(&mut cells, &mut image, regions, &mut closings, stage);
+            is_whole = !refine(&mut cells, &mut image, regions, label_cost, &mut closings, stage);
         }
         if !is_whole {
             fitted = Some((positions, image));
@@ -387,11 +402,12 @@ fn refine(
     cells: &mut CellLists<'_, 2>,
     image: &mut Image,
     regions: &Regions<2>,
+    label_cost: f64,
     closings: &mut usize,
     stage: &mut impl FnMut(&'static str),
 ) -> bool {
     stage("looking for what was lost");
-    let lost = fit::rescue(image, regions, true);
+    let lost = fit::rescue(image, regions, label_cost, true);
     if !lost.is_empty() {
         cells.refine_at(&lost);
         return true;

@@ -125,7 +125,9 @@ impl<'a> Near<'a> {
         let positions = embedding.positions.clone();
         let mut image = prepared.assemble(parts, embedding);
         fit::start(&mut image, parts.regions);
-        (self.sums(&fit::estimate_cells(&image, parts.regions, effort)), positions)
+        let label_cost = prepared.options().label_cost;
+        let errors = fit::estimate_cells(&image, parts.regions, label_cost, effort);
+        (self.sums(&errors), positions)
     }
 
     /// For each tip what is wrong in the cells that are nearer to it than to others.

@@ -3,7 +3,8 @@
 //! Every pixel at a boundary is a cell of its own. Its texel lies between its region's node and those of
 //! the regions beside it, by how far the boundary is from its middle, as the runs of cracks around it
 //! tell. Nothing is fitted, and nothing is left to be: every pixel's middle decodes to the pixel's own
-//! region. Whatever is decided at a place follows from the labels within [`SIGHT`] pixels of it.
+//! region. Whatever is decided at a place follows from the labels not far from it: see
+//! [`REACH`](shifts::REACH).
 //!
 //! ```text
 //! regions ─ cracks ─▶ runs ─ shifts ─▶ shares of texels ┐
@@ -23,9 +24,6 @@ use crate::model::{Image, Lists, Node, Region, RegionId};
 use bands::Bands;
 use cracks::Cracks;
 use lists::Found;
-
-/// How far from a place labels can count for what is drawn there: twice the reach of a step, and a little.
-pub(crate) const SIGHT: u32 = 2 * shifts::REACH + 8;
 
 /// What is to be drawn.
 pub(crate) struct Areas<'a> {

@@ -32,9 +32,9 @@ use problem::Problem;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a pixel of another region costs whatever its colour, as a part of black for white: two regions
-/// of one colour still have a boundary worth keeping.
-const LABEL_COST: f64 = 0.05;
+/// What a pixel of another region costs whatever its colour, as a part of black for white, unless an
+/// encoder is told otherwise: two regions of one colour still have a boundary worth keeping.
+pub const LABEL_COST: f64 = 0.05;
 
 /// A region of so many pixels in a block, more than this part of which are wrong, is broken there: a
 /// stroke in pieces, say. Then each that is wrong costs more by this part of black for white, faint as
@@ -44,20 +44,26 @@ const BROKEN: f64 = 0.25;
 const BROKEN_COST: f64 = 0.1;
 
 /// Fits the texels of a model, starting from what they are. Texels that blocks share stay equal;
-/// candidate lists, nodes and planes stay as they are.
+/// candidate lists, nodes and planes stay as they are. `label_cost`, here and below, is what a pixel of
+/// another region costs beyond the square of how far its colour is off, as a part of black for white.
 ///
 /// An image may have either kernel, a volume the linear one.
-pub fn fit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
-    fit_with(model, regions, Effort::Full);
+pub fn fit<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    regions: &Regions<D>,
+    label_cost: f64,
+) {
+    fit_with(model, regions, label_cost, Effort::Full);
 }
 
 /// [`fit`] with less effort, if wanted.
 pub(crate) fn fit_with<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     regions: &Regions<D>,
+    label_cost: f64,
     effort: Effort,
 ) {
-    let mut problem = Problem::new(model, regions, LABEL_COST);
+    let mut problem = Problem::new(model, regions, label_cost);
     match effort {
         Effort::Quick => margin::estimate_margins(&mut problem),
         Effort::Full => margin::fit_margins(&mut problem),
@@ -81,9 +87,10 @@ pub enum Step {
 pub fn take_step<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     regions: &Regions<D>,
+    label_cost: f64,
     step: Step,
 ) {
-    let mut problem = Problem::new(model, regions, LABEL_COST);
+    let mut problem = Problem::new(model, regions, label_cost);
     match step {
         Step::Margins => margin::fit_margins(&mut problem),
         Step::Search => search::search(&mut problem),
@@ -94,8 +101,12 @@ pub fn take_step<const D: usize, const E: usize>(
 
 /// The second half of [`fit`] alone: for texels that were fitted before and planes that are new. Only
 /// those that reach where one decides are looked at, and what these stir up.
-pub fn refit<const D: usize, const E: usize>(model: &mut Model<D, E>, regions: &Regions<D>) {
-    let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
+pub fn refit<const D: usize, const E: usize>(
+    model: &mut Model<D, E>,
+    regions: &Regions<D>,
+    label_cost: f64,
+) {
+    let mut problem = Problem::of_fitted(model, regions, label_cost);
     search::search_in(&mut problem, |problem, cell| {
         !problem.contests[cell.list as usize].is_voronoi
     });
@@ -122,21 +133,23 @@ pub enum Distances<'a> {
 pub fn fit_distances<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     regions: &Regions<D>,
+    label_cost: f64,
     distances: Distances<'_>,
 ) {
-    fit_distances_with(model, regions, distances, Effort::Full);
+    fit_distances_with(model, regions, label_cost, distances, Effort::Full);
 }
 
 /// [`fit_distances`] with less effort, if wanted.
 pub(crate) fn fit_distances_with<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     regions: &Regions<D>,
+    label_cost: f64,
     distances: Distances<'_>,
     effort: Effort,
 ) {
     let (Distances::Known(of_pixels) | Distances::Guessed(of_pixels)) = distances;
     assert_eq!(of_pixels.len(), regions.labels.len(), "a distance for each pixel");
-    let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
+    let mut problem = Problem::of_fitted(model, regions, label_cost);
     let known = distance::Known::new(model, regions, of_pixels);
     let is_guess = matches!(distances, Distances::Guessed(_));
     settle::settle(&mut problem, &known, model.size, is_guess, effort);
@@ -151,9 +164,10 @@ pub fn resume<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     before: &Model<D, E>,
     regions: &Regions<D>,
+    label_cost: f64,
 ) {
     let is_new = refine::refine(model, before);
-    let mut problem = Problem::new(model, regions, LABEL_COST);
+    let mut problem = Problem::new(model, regions, label_cost);
     search::search_in(&mut problem, |_, cell| {
         let at = grid::place(model.size, cell.origin).map(|along| along >> model.block_log2);
         is_new[grid::index(model.block_grid(), at)]
@@ -167,8 +181,9 @@ pub fn resume<const D: usize, const E: usize>(
 pub fn estimate<const D: usize, const E: usize>(
     model: &Model<D, E>,
     regions: &Regions<D>,
+    label_cost: f64,
 ) -> Vec<f64> {
-    let mut problem = Problem::without_borders(model, regions, LABEL_COST);
+    let mut problem = Problem::without_borders(model, regions, label_cost);
     margin::estimate_margins(&mut problem);
     let block_of = |cell: &problem::Cell| {
         let at = grid::place(model.size, cell.origin).map(|along| along >> model.block_log2);
@@ -224,9 +239,10 @@ pub(crate) struct CellError<const D: usize> {
 pub(crate) fn estimate_cells<const D: usize, const E: usize>(
     model: &Model<D, E>,
     regions: &Regions<D>,
+    label_cost: f64,
     effort: Effort,
 ) -> Vec<CellError<D>> {
-    let mut problem = Problem::without_borders(model, regions, LABEL_COST);
+    let mut problem = Problem::without_borders(model, regions, label_cost);
     match effort {
         Effort::Quick => margin::glance_at_margins(&mut problem),
         Effort::Full => margin::fit_margins(&mut problem),
@@ -338,9 +354,10 @@ fn followed<const E: usize>(
 fn close_seams<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     regions: &Regions<D>,
+    label_cost: f64,
     keep: &[(usize, u32, NodeId)],
 ) {
-    let mut problem = Problem::of_fitted(model, regions, LABEL_COST);
+    let mut problem = Problem::of_fitted(model, regions, label_cost);
     close::guard(&mut problem, keep);
     close::close(&mut problem);
     problem.texels.store(model);

@@ -44,9 +44,10 @@ const PUSHES: usize = 4;
 pub fn rescue<const D: usize, const E: usize>(
     model: &mut Model<D, E>,
     regions: &Regions<D>,
+    label_cost: f64,
     closed: bool,
 ) -> Vec<[u32; D]> {
-    let mut rescuer = Rescuer::new(model, regions);
+    let mut rescuer = Rescuer::new(model, regions, label_cost);
     let mut lost = rescuer.find_all();
     for _ in 0..if closed { CLOSINGS } else { 0 } {
         if !lost.is_empty() || !std::mem::take(&mut rescuer.has_pushed) {
@@ -71,6 +72,7 @@ struct Rescuer<'a, const D: usize, const E: usize> {
     /// γ of each list that was asked for.
     cuts: Vec<OnceLock<Cut<E>>>,
     regions: &'a Regions<D>,
+    label_cost: f64,
     /// Pixels of each region in the source.
     pixels: Vec<u32>,
     /// The region that is decoded at each pixel.
@@ -91,7 +93,7 @@ struct Place<const D: usize> {
 }
 
 impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
-    fn new(model: &'a mut Model<D, E>, regions: &'a Regions<D>) -> Self {
+    fn new(model: &'a mut Model<D, E>, regions: &'a Regions<D>, label_cost: f64) -> Self {
         let cuts: Vec<OnceLock<Cut<E>>> = (0..model.lists.len()).map(|_| OnceLock::new()).collect();
         let picture = &*model;
         let decoded = decode_all(picture, &cuts);
@@ -109,6 +111,7 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
             copies,
             cuts,
             regions,
+            label_cost,
             pixels,
             decoded,
             seen,
@@ -170,7 +173,7 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
             Block::Solid(_) => Vec::new(),
         };
         let before: Vec<Vec<[u8; E]>> = self.model.blocks.iter().map(texels).collect();
-        close_seams(self.model, self.regions, &keep);
+        close_seams(self.model, self.regions, self.label_cost, &keep);
         self.texels = Texels::of_fitted(self.model);
         for (block, before) in before.into_iter().enumerate() {
             if matches!(&self.model.blocks[block], Block::Cells(cells) if cells.texels != before) {

@@ -102,7 +102,7 @@ fn draw(before: &Image, parted: &mut Image, pairs: &[[RegionId; 3]]) -> Result<(
     };
     let renewed: Vec<bool> = lists.iter().map(|list| list.iter().any(is_new)).collect();
     fit::fit_some(parted, &regions, &renewed);
-    match fit::rescue(parted, &regions, true).first() {
+    match fit::rescue(parted, &regions, fit::LABEL_COST, true).first() {
         None => Ok(()),
         Some([x, y]) => Err(Error::Limit(format!(
             "there is no room for a layer: the region at {x},{y} would be lost: encode with a smaller texel size"

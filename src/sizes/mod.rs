@@ -120,7 +120,7 @@ impl<'a> Sizes<'a> {
         let embedding = Embedding { gathered, positions, violations_before: 0 };
         let mut image = self.prepared.assemble(self.prepared.whole(), embedding);
         fit::start(&mut image, regions);
-        let errors = fit::estimate(&image, regions);
+        let errors = fit::estimate(&image, regions, self.prepared.options().label_cost);
         for (block, error) in errors.into_iter().enumerate().filter(|&(block, _)| due[block]) {
             self.looks[size][block] = Some(look(&image, block, error));
         }

@@ -62,13 +62,19 @@ pub fn print(rows: &Rows) -> bool {
                 show(step, &image, start);
             };
             row("start", &|image| fit::start(image, &regions));
-            row("+ margin", &|image| fit::take_step(image, &regions, Step::Margins));
-            row("+ search", &|image| fit::take_step(image, &regions, Step::Search));
-            row("+ closing", &|image| fit::take_step(image, &regions, Step::Closing));
+            row("+ margin", &|image| {
+                fit::take_step(image, &regions, fit::LABEL_COST, Step::Margins)
+            });
+            row("+ search", &|image| {
+                fit::take_step(image, &regions, fit::LABEL_COST, Step::Search)
+            });
+            row("+ closing", &|image| {
+                fit::take_step(image, &regions, fit::LABEL_COST, Step::Closing)
+            });
             row("+ planes", &|image| {
                 image.gamma = Gamma::Planes;
                 embed::fit_planes(image, &regions);
-                fit::refit(image, &regions);
+                fit::refit(image, &regions, fit::LABEL_COST);
             });
         }
     }

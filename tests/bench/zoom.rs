@@ -57,11 +57,11 @@ fn enlarge(edges: Edges) -> bool {
     let truth = Drawing::new(Edges::Crisp);
     let colors = Drawing::new(edges).colors(SIDE);
     let limits = Limits::default();
-    let source = match edges {
-        Edges::Crisp => Source::from_colors([SIDE; 2], &colors, &limits),
-        Edges::Antialiased => Source::from_antialiased([SIDE; 2], &colors, &limits),
-    }
-    .expect("a picture within the limits");
+    // As `istar encode` reads it, which is told nothing of its edges.
+    let source =
+        Source::from_picture([SIDE; 2], &colors, &limits).expect("a picture within the limits");
+    let is_antialiased = source.distances().is_some();
+    assert_eq!(is_antialiased, edges == Edges::Antialiased, "edges are told for what they are");
     let images = [None, Some(4), Some(8), Some(16)].map(|texel_size| {
         let options = EncodeOptions { texel_size, ..EncodeOptions::default() };
         let image = istar::encode(&source, &options, |_| ());

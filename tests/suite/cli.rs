@@ -565,6 +565,7 @@ fn words_that_do_not_fit_end_with_2() {
         &["encode", "a.png", "-o", "b", "--tile-size", "100"],
         &["encode", "a.png", "-o", "b", "--tile-size", "256", "--lossless"],
         &["merge", "-o", "b"],
+        &["encode", "a.png", "-o", "b", "--label-cost", "1.5"],
         &["encode", "a.png", "-o", "b", "--forbid", "1,2"],
         &["encode", "a.png", "-o", "b", "--forbid", "1,2,#12345"],
         &["decode", "a.istar", "-o", "b", "--width", "0"],

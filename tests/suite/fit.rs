@@ -89,7 +89,7 @@ fn texels_are_the_same_on_any_number_of_threads() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut image = average.clone();
-        pool.install(|| fit::fit(&mut image, &regions));
+        pool.install(|| fit::fit(&mut image, &regions, fit::LABEL_COST));
         image.blocks
     };
     assert!(on(1) == on(3));

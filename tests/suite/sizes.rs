@@ -64,6 +64,67 @@ fn a_higher_price_buys_less() {
     }
 }
 
+/// Two greys that are hardly told apart, and where they meet in waves no larger than texels.
+fn faint() -> Source<2> {
+    let gray = |x: u32, y: u32| {
+        let wave = 64.0 + 9.0 * (f64::from(x) / 3.5).sin();
+        if f64::from(y) > wave { 200 } else { 206 }
+    };
+    let colors: Vec<[u8; 4]> = (0..128 * 256)
+        .map(|i| gray(i % 256, i / 256))
+        .map(|gray| [gray, gray, gray, 255])
+        .collect();
+    Source::from_colors([256, 128], &colors, &Limits::default()).unwrap()
+}
+
+#[test]
+fn a_faint_boundary_is_kept_as_well_as_a_wrong_label_costs() {
+    let source = faint();
+    let with = |label_cost: f64, texel_size: Option<u32>| {
+        let options = EncodeOptions { label_cost, texel_size, ..EncodeOptions::default() };
+        istar::encode(&source, &options, |_| ())
+    };
+    let [colors, default] = [0.0, fit::LABEL_COST].map(|label_cost| {
+        let image = with(label_cost, None).unwrap();
+        let wrong = compare(&image, &source).unwrap().wrong_pixels;
+        (wrong, fit::scalars(&image))
+    });
+    assert!(3 * default.0 < colors.0 && colors.1 < default.1, "{colors:?} {default:?}");
+    for label_cost in [-0.01, 1.01, f64::NAN] {
+        for texel_size in [None, Some(8)] {
+            let refused = with(label_cost, texel_size);
+            assert!(matches!(refused, Err(istar::Error::Usage(_))), "{label_cost}");
+        }
+    }
+}
+
+/// Two such greys in narrow waves, and black below them: cells have to choose.
+fn faint_and_strong() -> Source<2> {
+    let colors: Vec<[u8; 4]> = (0..128u32 * 256)
+        .map(|i| [f64::from(i % 256), f64::from(i / 256)])
+        .map(|[x, y]| match y + 9.0 * (x / 3.5).sin() {
+            y if y < 60.0 + 6.0 * (x / 5.0).cos() => 206,
+            y if y < 72.0 => 200,
+            _ => 0,
+        })
+        .map(|gray| [gray, gray, gray, 255])
+        .collect();
+    Source::from_colors([256, 128], &colors, &Limits::default()).unwrap()
+}
+
+#[test]
+fn where_texels_are_given_a_wrong_label_costs_colors() {
+    let source = faint_and_strong();
+    let [colors, labels] = [0.0, 1.0].map(|label_cost| {
+        let texel_size = Some(16);
+        let options = EncodeOptions { label_cost, texel_size, ..EncodeOptions::default() };
+        let image = istar::encode(&source, &options, |_| ()).unwrap();
+        compare(&image, &source).unwrap()
+    });
+    assert!(colors.psnr > labels.psnr + 0.3, "{colors:?} {labels:?}");
+    assert!(10 * labels.wrong_pixels < 9 * colors.wrong_pixels, "{colors:?} {labels:?}");
+}
+
 #[test]
 fn values_go_on_where_texel_sizes_meet() {
     let source = picture();

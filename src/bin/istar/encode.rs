@@ -65,6 +65,10 @@ struct Options {
     /// Merge regions of fewer pixels into the neighbour with the longest common boundary; 0 keeps all
     #[arg(long, value_name = "AREA", default_value_t = EncodeOptions::default().min_region)]
     min_region: u32,
+    /// What a pixel of another region costs whatever its colour, as a part of black for white: with 0
+    /// colours alone count, with more the boundary between two regions of like colours does too
+    #[arg(long, value_name = "PART", conflicts_with = "lossless", value_parser = part)]
+    label_cost: Option<f64>,
     /// Part regions that must not meet by a layer between them: A and B by VIA, each a label as in 7
     /// or a colour as in #00ff7f. May be given several times
     #[arg(long, value_name = "A,B,VIA", value_parser = forbidden)]
@@ -80,6 +84,11 @@ fn tile_size(word: &str) -> Result<u32, String> {
     let fits =
         |&size: &u32| size == 0 || (size.is_power_of_two() && (64..=1 << 30).contains(&size));
     word.parse().ok().filter(fits).ok_or_else(|| "give a power of two from 64, or 0".into())
+}
+
+fn part(word: &str) -> Result<f64, String> {
+    let number = word.parse().ok().filter(|part| (0.0..=1.0).contains(part));
+    number.ok_or_else(|| "give a number from 0 to 1, as in 0.05".into())
 }
 
 fn forbidden(words: &str) -> Result<Forbidden, String> {
@@ -134,6 +143,7 @@ enum ConnectivityName {
 }
 
 pub fn run(args: &Args) -> Outcome {
+    let default = EncodeOptions::default();
     let options = EncodeOptions {
         texel_size: args.options.texel_size,
         kernel: match args.options.kernel {
@@ -150,7 +160,8 @@ pub fn run(args: &Args) -> Outcome {
         },
         min_region: args.options.min_region,
         forbidden: args.options.forbid.clone(),
-        ..EncodeOptions::default()
+        label_cost: args.options.label_cost.unwrap_or(default.label_cost),
+        ..default
     };
     let output = files::Output::create(&args.output)?;
     if args.options.lossless {
@@ -206,13 +217,14 @@ impl Options {
     /// Whether a file for a target is of labels.
     fn holds_labels(&self) -> Result<bool, String> {
         let needs_texels = self.min_region > 0
+            || self.label_cost.is_some()
             || !self.forbid.is_empty()
             || self.tile_size.is_some_and(|size| size > 0)
             || self.connectivity != ConnectivityName::Four;
         match self.payload {
             Some(PayloadName::Labels) if needs_texels => {
-                Err("--payload labels goes with no --min-region, --forbid, --tile-size or --connectivity: leave them \
-                     out, or the payload"
+                Err("--payload labels goes with no --min-region, --label-cost, --forbid, --tile-size or \
+                     --connectivity: leave them out, or the payload"
                     .into())
             }
             payload => Ok(payload.map_or(!needs_texels, |payload| payload == PayloadName::Labels)),

@@ -63,6 +63,8 @@ fn a_quality_or_a_number_of_bytes_is_had_in_labels_unless_they_cannot_tell_what_
     // Texels, because labels know nothing of it; or a line that says so.
     succeed(&[&encode[..], &["--psnr", "24", "--min-region", "3"]].concat());
     assert_eq!(json(&["info", file, "--json"])["payload"], "texels");
+    succeed(&[&encode[..], &["--psnr", "24", "--label-cost", "0.2"]].concat());
+    assert_eq!(json(&["info", file, "--json"])["payload"], "texels");
     let both = ["--psnr", "24", "--min-region", "3", "--payload", "labels"];
     fail(&[&encode[..], &both[..]].concat(), "--payload labels goes with no --min-region");
     fail(&[&encode[..], &["--payload", "labels"]].concat(), "--lossless, --psnr or --max-bytes");
@@ -106,8 +108,8 @@ fn without_loss_every_pixel_comes_back_and_more_can_be_drawn() {
     let view = folder.path("view.png");
     let place = ["--center", "60,40", "--scale", "9", "--size", "64x48"];
     succeed(&[&["render", istar, "-o", text(&view)], &place[..]].concat());
-    for option in ["--texel-size", "--psnr", "--max-bytes", "--min-region"] {
-        let output = super::istar(&["encode", png, "-o", istar, "--lossless", option, "8"]);
+    for option in ["--texel-size", "--psnr", "--max-bytes", "--min-region", "--label-cost"] {
+        let output = super::istar(&["encode", png, "-o", istar, "--lossless", option, "1"]);
         assert_eq!(output.status.code(), Some(2), "{option}");
     }
 }
