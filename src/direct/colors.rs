@@ -23,6 +23,18 @@ const PLACES: [[u8; 3]; 15] = [
     [255, 127, 127],
 ];
 
+/// Of [`PLACES`], those that any regions may have.
+const FREE: usize = 4;
+
+/// Whether all of these are places at which nothing can be wrong, and all different.
+pub fn are_apart(positions: impl Iterator<Item = [u8; 3]>) -> bool {
+    let mut taken = [false; FREE];
+    positions.into_iter().all(|position| {
+        let place = PLACES[..FREE].iter().position(|&place| place == position);
+        place.is_some_and(|place| !std::mem::replace(&mut taken[place], true))
+    })
+}
+
 /// A position for each region: regions in one list have different ones, if there are enough.
 pub fn positions(regions: usize, lists: &[Vec<RegionId>]) -> Vec<[u8; 3]> {
     let mut pairs: Vec<[RegionId; 2]> = lists

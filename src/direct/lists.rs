@@ -1,8 +1,10 @@
 //! The candidates of every cell at a boundary, and which regions meet.
 
+use super::colors;
 use super::cracks::{Cracks, DOWN, RIGHT};
+use crate::embed::{self, Cells};
 use crate::limits::MAX_CANDIDATES;
-use crate::model::{NodeId, RegionId};
+use crate::model::{Lists, NodeId, RegionId};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -76,6 +78,49 @@ impl Found {
         all.faces.sort_unstable();
         all.faces.dedup();
         all
+    }
+}
+
+impl Found {
+    /// What constrains positions.
+    pub fn cells(&self) -> Cells<'_> {
+        Cells { edges: &self.edges, faces: &self.faces, ghosts: &[] }
+    }
+
+    /// Leaves out lists whose nodes get into each other's way at these positions: their cells are crowded.
+    pub fn drop_broken(&mut self, positions: &[[u8; 3]]) {
+        let place = |&region: &RegionId| positions[region as usize];
+        let doubtful: Vec<usize> = (0..self.lists.len())
+            .filter(|&list| !colors::are_apart(self.lists[list].iter().map(place)))
+            .collect();
+        if doubtful.is_empty() {
+            return;
+        }
+        let mut those = Lists::default();
+        doubtful.iter().for_each(|&list| {
+            those.push(&self.lists[list]);
+        });
+        let mut is_out = vec![false; self.lists.len()];
+        for (list, broken) in
+            doubtful.into_iter().zip(embed::are_broken(positions, &those, self.cells()))
+        {
+            is_out[list] = broken;
+        }
+        let mut next = 0;
+        let numbers: Vec<Number> = is_out
+            .iter()
+            .map(|&is_out| {
+                next += Number::from(!is_out);
+                if is_out { CROWDED } else { next - 1 }
+            })
+            .collect();
+        let mut kept = is_out.iter().map(|is_out| !is_out);
+        self.lists.retain(|_| kept.next().unwrap_or(true));
+        for (_, number) in self.rows.iter_mut().flatten() {
+            if let Some(&now) = numbers.get(*number as usize) {
+                *number = now;
+            }
+        }
     }
 }
 

@@ -17,6 +17,7 @@ mod cracks;
 mod lists;
 mod shifts;
 
+use crate::embed;
 use crate::gamma::Gamma;
 use crate::grid;
 use crate::kernel::Kernel;
@@ -39,8 +40,10 @@ pub(crate) struct Areas<'a> {
 pub(crate) fn model(areas: Areas<'_>, gamma: Gamma, block_log2: u8) -> Image {
     let Areas { size, labels, regions } = areas;
     let cracks = Cracks::new(size, labels);
-    let found = Found::new(&cracks, labels);
+    let mut found = Found::new(&cracks, labels);
     let positions = colors::positions(regions.len(), &found.lists);
+    let positions = embed::mend(positions, &listed(&found.lists), found.cells());
+    found.drop_broken(&positions);
     let bands = Bands { size, labels, cracks: &cracks, found: &found, positions: &positions };
     let (lists, blocks) = bands.blocks(block_log2);
     debug_assert_eq!(blocks.len(), grid::count(grid::pieces(size, block_log2)));

@@ -18,6 +18,6 @@ pub(crate) use constraints::{Constraints, Finder};
 pub use cut::Cut;
 pub use planes::fit_planes;
 pub use repair::{Embedding, place};
-pub(crate) use repair::{Freedom, make_room};
-pub(crate) use verify::broken_lists;
+pub(crate) use repair::{Freedom, make_room, mend};
 pub use verify::{Violations, model_violations, sampled_violations, violations};
+pub(crate) use verify::{are_broken, broken_lists};

@@ -6,7 +6,7 @@ use super::start::start;
 use super::verify::{broken_lists, violations};
 use crate::complex::{CellLists, Dual, Gathered};
 use crate::gamma;
-use crate::model::NodeId;
+use crate::model::{Lists, NodeId};
 
 /// Rounds in which nodes move as they are before cells are split, and cells that are single pixels
 /// are left to one region …
@@ -111,6 +111,30 @@ pub fn place<const D: usize, const E: usize>(
     }
     let violations_before = violations_before.and_then(|n| n.try_into().ok()).unwrap_or(u32::MAX);
     Embedding { gathered, positions, violations_before }
+}
+
+/// Moves nodes of lists in which positions break constraints, and what turns out to be in their way, a few
+/// times. Where that is not enough lists stay broken.
+pub(crate) fn mend<const E: usize>(
+    mut positions: Vec<[u8; E]>,
+    lists: &Lists,
+    cells: Cells<'_>,
+) -> Vec<[u8; E]> {
+    let constraints = Constraints::new(lists, &Finder::new(cells));
+    for round in 0..MOVES {
+        let broken = broken_lists(&positions, &constraints);
+        if broken.is_empty() {
+            break;
+        }
+        let mut restless = vec![false; positions.len()];
+        for &list in &broken {
+            constraints.local(list).nodes.iter().for_each(|&n| restless[n as usize] = true);
+        }
+        let at = positions.iter().map(|&x| gamma::value(x)).collect();
+        let unsettled = Unsettled { at, restless, hubs: round > 0, ..Unsettled::default() };
+        positions = settle(unsettled, &constraints, round);
+    }
+    positions
 }
 
 /// A node in more lists than this stays where it is while room is made, if it can: as many cells would

@@ -114,6 +114,33 @@ pub(crate) fn broken_lists<const E: usize>(
     (0..constraints.len()).into_par_iter().with_min_len(256).filter(is_broken).collect()
 }
 
+/// For each list, whether its nodes break a constraint among themselves.
+pub(crate) fn are_broken<const E: usize>(
+    positions: &[[u8; E]],
+    lists: &Lists,
+    cells: Cells<'_>,
+) -> Vec<bool> {
+    let finder = Finder::new(cells);
+    let mut broken = vec![false; lists.len()];
+    // A list that is a part of another is looked at only once that one is out of the way.
+    let mut left: Vec<ListId> = (0..lists.len() as ListId).collect();
+    loop {
+        let mut those = Lists::default();
+        left.iter().for_each(|&id| {
+            those.push(lists.get(id));
+        });
+        let constraints = Constraints::new(&those, &finder);
+        let found = broken_lists(positions, &constraints);
+        if found.is_empty() {
+            return broken;
+        }
+        for i in found {
+            broken[left[constraints.id(i) as usize] as usize] = true;
+        }
+        left.retain(|&id| !broken[id as usize]);
+    }
+}
+
 /// Decodes samples of every edge and face of the complex in every list that holds all its corners,
 /// and counts the simplices on which a region wins that is none of them. On a face with a ghost
 /// every region that the ghost stands between may win.

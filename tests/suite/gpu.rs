@@ -9,7 +9,7 @@ use istar::gpu::{Options, Renderer, Scene};
 use istar::grid::Point;
 use istar::{Camera, Gamma, Image, Kernel, Placement, raster};
 
-const VIEWPORT: [u32; 2] = [120, 90];
+const VIEWPORT: [u32; 2] = [80, 60];
 const SCALES: [f64; 9] = [0.1, 0.5, 1.0, 3.0, 30.0, 1000.0, 1e6, 1e9, 1e12];
 
 /// The most that a channel may differ. f32 carries a boundary's place to about 10⁻⁵ source pixels,

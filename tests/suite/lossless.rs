@@ -53,6 +53,22 @@ fn what_is_drawn_is_fitted_well() {
 }
 
 #[test]
+fn what_is_drawn_has_no_violation_and_no_wrong_pixel_however_many_regions_meet() {
+    // Specks of many classes side by side, where few places for nodes are not enough.
+    let size = [96, 80];
+    let speck = |x: u32, y: u32| (x / 3 * 7919 + y / 2 * 104_729) % 29 + 1;
+    let labels = (0..size[0] * size[1]).map(|i| speck(i % size[0], i / size[0])).collect();
+    let specks = Source::from_labels(size, labels, &limits()).unwrap();
+    for (name, source) in
+        [("specks", specks), ("wheel", fixtures::wheel()), ("tiles", fixtures::tiles())]
+    {
+        let image = istar::open(&file(&source), &limits()).unwrap();
+        assert_eq!(istar::embed::model_violations(&image), 0, "{name}");
+        assert_eq!(compare(&image, &source).unwrap().wrong_pixels, 0, "{name}");
+    }
+}
+
+#[test]
 fn each_reader_says_what_it_cannot_read() {
     let source = fixtures::discs();
     let error = container::read(&file(&source), &limits()).unwrap_err();
