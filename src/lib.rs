@@ -13,7 +13,8 @@
 //! {container, raster, gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
 //! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
-//! `container`, which [`open`] and [`encode_pyramid`] join with the encoder.
+//! `container`, which [`open`] and [`encode_pyramid`] join with the encoder; `direct` makes a model of labels
+//! without a fit, for [`open`].
 //!
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 
