@@ -11,7 +11,8 @@ use crate::limits::Limits;
 use crate::model::{Block, Cells, Image, Lists, Node, Region, RegionId};
 use rayon::prelude::*;
 
-/// Reads a whole file, whatever its payload: to labels texels are fitted, quickly and finely.
+/// Reads a whole file, whatever its payload. Labels are drawn straight, a texel a pixel at boundaries; where one
+/// stands for a square of pixels, or the kernel is linear, texels are fitted to them, quickly and finely.
 ///
 /// # Errors
 /// As [`container::read`].

@@ -125,8 +125,8 @@ impl<const D: usize> Source<D> {
     }
 }
 
-/// The colour of a label: transparent for 0, made up for every other. hues a golden angle apart, so that labels next to each other in number
-/// differ most, at three lightnesses.
+/// The colour of a label: transparent for 0, made up for every other. Hues are a golden angle apart, so that
+/// labels next to each other in number differ most, at three lightnesses.
 pub(crate) fn label_color(label: u32) -> [u8; 4] {
     if label == 0 {
         return [0; 4];
