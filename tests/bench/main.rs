@@ -28,6 +28,7 @@ mod facets;
 mod gpu;
 mod growth;
 mod lanczos;
+mod level;
 mod open;
 mod pictures;
 mod rivals;
