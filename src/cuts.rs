@@ -72,11 +72,6 @@ impl Deciding {
         };
         Some(Deciding::Between(Candidates { nodes, regions, neighbours, by_pairs, planes }))
     }
-
-    /// Of all lists, by id; `None` where a list has no node that can win.
-    pub fn all(image: &Image) -> Option<Vec<Self>> {
-        (0..image.lists.len() as ListId).map(|id| Self::new(image, id)).collect()
-    }
 }
 
 /// p_ji, positive on the side of j; level where nothing parts the two.
@@ -98,21 +93,49 @@ impl Candidates {
         i * (2 * self.nodes.len() - i - 1) / 2 + j - i - 1
     }
 
-    /// These candidates alone, in this order; their cuts are the caller's.
-    pub fn kept(&self, order: &[usize]) -> Self {
-        let mask = |i: usize| {
-            let bound = (0..).zip(order).filter(|&(_, &j)| self.neighbours[i] >> j & 1 == 1);
-            bound.fold(0, |mask, (j, _)| mask | 1 << j)
-        };
-        Candidates {
-            nodes: order.iter().map(|&i| self.nodes[i]).collect(),
-            by_pairs: false,
-            planes: Vec::new(),
-            regions: order.iter().map(|&i| self.regions[i]).collect(),
-            neighbours: order.iter().map(|&i| mask(i)).collect(),
-        }
+    /// The one region of all that can win, if it is one.
+    pub fn only_region(&self) -> Option<RegionId> {
+        let first = *self.regions.first()?;
+        self.regions.iter().all(|&region| region == first).then_some(first)
     }
 
+    /// Those that may be seen within `reach` of the middle that `about` has cuts about, the winner there
+    /// first and the others in order, with their cuts against it: against another, f32 would lose what is
+    /// between those that are seen. For cuts that are not by pairs.
+    pub fn seen(
+        &self,
+        about: impl Fn(usize) -> Biquadratic,
+        reach: f64,
+    ) -> (Self, Vec<Biquadratic>) {
+        let count = self.nodes.len();
+        let cuts: Vec<Biquadratic> = std::iter::once(Biquadratic::default())
+            .chain((1..count).map(|i| about(i - 1)))
+            .collect();
+        let value = |i: usize| cuts[i].0[0][0];
+        let winner = (0..count).fold(0, |best, i| if value(i) > value(best) { i } else { best });
+        let (mut order, mut seen) = (vec![winner], Vec::new());
+        for i in (0..count).filter(|&i| i != winner) {
+            let ahead = cuts[i].minus(&cuts[winner]);
+            if ahead.0[0][0] > -ahead.sway(reach) {
+                order.push(i);
+                seen.push(ahead);
+            }
+        }
+        let mask = |&i: &usize| {
+            let bound = (0..).zip(&order).filter(|&(_, &j)| self.neighbours[i] >> j & 1 == 1);
+            bound.fold(0, |mask, (j, _)| mask | 1 << j)
+        };
+        let kept = Candidates {
+            nodes: order.iter().map(|&i| self.nodes[i]).collect(),
+            regions: order.iter().map(|&i| self.regions[i]).collect(),
+            neighbours: order.iter().map(mask).collect(),
+            by_pairs: false,
+            planes: Vec::new(),
+        };
+        (kept, seen)
+    }
+
+    #[cfg(feature = "gpu")]
     /// Whether cut `k` parts nothing: its candidates are in one place.
     pub fn is_level(&self, k: usize) -> bool {
         self.planes[k].0 == [0.0; 3]

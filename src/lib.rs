@@ -22,7 +22,6 @@ mod camera;
 #[cfg(feature = "encode")]
 mod compare;
 pub mod container;
-#[cfg(feature = "gpu")]
 mod cuts;
 mod entropy;
 mod error;

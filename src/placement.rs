@@ -33,6 +33,8 @@ pub(crate) struct SceneView {
     /// Where the picture ends, in screen pixels: left, top, right, lower. Pixels fade there. A
     /// side that is none of the picture's own is far away.
     pub edges: [f64; 4],
+    /// Where the scene's own pixels end, likewise.
+    pub rim: [f64; 4],
 }
 
 /// Further than any screen reaches, and small enough for f32 to count there.
@@ -46,6 +48,44 @@ impl SceneView {
     /// scene, since one place cannot stand for them.
     pub fn samples(&self) -> u32 {
         ((1.0 / self.scale).ceil() as u32).clamp(1, MAX_SAMPLES)
+    }
+
+    /// The scene's place under a place on the screen; the nearest that it has, beyond its rim.
+    pub fn place(&self, screen: [f64; 2]) -> Point<2> {
+        let along = [0, 1].map(|axis| self.place_along(axis, screen[axis]));
+        Point { whole: along.map(|(whole, _)| whole), frac: along.map(|(_, frac)| frac) }
+    }
+
+    /// The same along one axis: the pixel, and the place in it.
+    pub fn place_along(&self, axis: usize, screen: f64) -> (i64, f64) {
+        let middle = Point { whole: [self.center.whole[axis]], frac: [self.center.frac[axis]] };
+        let point = middle.offset([(screen - 0.5 * f64::from(self.viewport[axis])) / self.scale]);
+        let last = i64::from(self.last[axis]);
+        match point.whole[0] {
+            ..0 => (0, 0.0),
+            whole if whole > last => (last, 1.0),
+            whole => (whole, point.frac[0]),
+        }
+    }
+
+    /// The share of a screen pixel that is inside the picture, along one axis.
+    pub fn inside(&self, axis: usize, pixel: u32) -> f64 {
+        let at = f64::from(pixel);
+        ((at + 1.0).min(self.edges[axis + 2]) - at.max(self.edges[axis])).clamp(0.0, 1.0)
+    }
+
+    /// The same on a screen with `times` as many pixels along each axis.
+    pub fn finer(&self, times: u32) -> Self {
+        let factor = f64::from(times);
+        SceneView {
+            center: self.center,
+            scale: self.scale * factor,
+            last: self.last,
+            viewport: self.viewport.map(|n| n * times),
+            own: self.own.map(|corner| corner.map(|n| n * times)),
+            edges: self.edges.map(|edge| edge * factor),
+            rim: self.rim.map(|edge| edge * factor),
+        }
     }
 }
 
@@ -67,6 +107,7 @@ impl Placement {
             viewport,
             own: [[0; 2]; 2],
             edges: [-FAR, -FAR, FAR, FAR],
+            rim: [-FAR, -FAR, FAR, FAR],
         };
         for axis in 0..2 {
             let from = i64::from(self.origin[axis]);
@@ -94,6 +135,9 @@ impl Placement {
                 view.edges[axis + 2] = high.min(FAR);
             }
             view.last[axis] = (self.size[axis].max(1) - 1) >> self.step_log2;
+            let whole = (i64::from(view.last[axis]) + 1) << self.step_log2;
+            view.rim[axis] = low.clamp(-FAR, FAR);
+            view.rim[axis + 2] = on_screen(from + whole).clamp(view.rim[axis], FAR);
             let whole = center.whole[axis] - from;
             view.center.whole[axis] = whole >> self.step_log2;
             let within = whole & ((1 << self.step_log2) - 1);

@@ -5,7 +5,7 @@
 //! The limit is f64's: the middle itself has no more digits.
 
 use super::pack::{self, Cut, Packed, Table};
-use crate::cuts::{self, Biquadratic, Deciding};
+use crate::cuts::{self, Deciding};
 use crate::grid::Point;
 use crate::limits::MAX_CANDIDATES;
 use crate::model::{Image, Located};
@@ -108,28 +108,10 @@ impl Close {
         if candidates.by_pairs {
             return pack::push_cuts(&candidates, about, first, &mut self.cuts);
         }
-        // Against the winner in the middle: against another, f32 would lose what is between those
-        // that are seen. Those that are too far to be seen are left out.
-        let count = candidates.nodes.len();
-        let cut: Vec<Biquadratic> = std::iter::once(Biquadratic::default())
-            .chain((1..count).map(|i| about(i - 1)))
-            .collect();
-        let value = |i: usize| cut[i].0[0][0];
-        let winner = (0..count).fold(0, |best, i| if value(i) > value(best) { i } else { best });
-        let ahead = |i: usize| cut[i].minus(&cut[winner]);
-        let seen = |i: &usize| {
-            let cut = ahead(*i);
-            *i == winner || cut.0[0][0] > -cut.sway(reach)
-        };
-        // The winner first, and the others in order.
-        let order: Vec<usize> = std::iter::once(winner)
-            .chain((0..count).filter(|&i| i != winner))
-            .filter(seen)
-            .collect();
-        let kept = candidates.kept(&order);
-        match kept.regions.iter().all(|&region| region == kept.regions[0]) {
-            true => pack::SOLID | kept.regions[0],
-            false => pack::push_cuts(&kept, |k| ahead(order[k + 1]), first, &mut self.cuts),
+        let (kept, cuts) = candidates.seen(about, reach);
+        match kept.only_region() {
+            Some(region) => pack::SOLID | region,
+            None => pack::push_cuts(&kept, |k| cuts[k], first, &mut self.cuts),
         }
     }
 }

@@ -103,7 +103,9 @@ impl Packed {
         if block_grid.iter().any(|&n| n > MAX_ROWS) {
             return Err(too_large("blocks"));
         }
-        let deciding = Deciding::all(image)
+        let deciding: Option<Vec<Deciding>> =
+            (0..image.lists.len() as u32).map(|list| Deciding::new(image, list)).collect();
+        let deciding = deciding
             .ok_or_else(|| Error::malformed("lists", "a list without a node that can win"))?;
         let mut packed = Packed {
             block_grid,

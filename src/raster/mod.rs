@@ -1,8 +1,10 @@
 //! Drawing on the CPU.
 
+mod fast;
 mod reference;
 mod seams;
 
+pub use fast::Painter;
 pub use reference::{Across, Decoded, decode_at, region_at, render_row, render_scene_row};
 pub use seams::seams;
 #[cfg(feature = "encode")]

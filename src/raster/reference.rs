@@ -6,7 +6,7 @@ use crate::camera::Camera;
 use crate::gamma;
 use crate::grid::Point;
 use crate::model::{Image, Located, Model, NodeId, RegionId};
-use crate::placement::{Placement, SceneView};
+use crate::placement::Placement;
 
 /// What γ says of a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,34 +123,15 @@ pub fn render_scene_row(
             let screen: [f64; 2] =
                 std::array::from_fn(|a| at[a] + (within[a] + 0.5) / f64::from(samples));
             let sub_pixel = 1.0 / (view.scale * f64::from(samples));
-            let point = place(&view, screen);
+            let point = view.place(screen);
             let color = sample_color(model, &point, antialias.then_some(sub_pixel));
             for channel in 0..4 {
                 sum[channel] += color[channel];
             }
         }
-        // How much of the pixel lies in the picture.
-        let inside = |axis: usize, at: f64| {
-            ((at + 1.0).min(view.edges[axis + 2]) - at.max(view.edges[axis])).clamp(0.0, 1.0)
-        };
-        let weight = inside(0, f64::from(x)) * inside(1, f64::from(y));
+        let weight = view.inside(0, x) * view.inside(1, y);
         row[x as usize] = straight(sum.map(|s| weight * s / f64::from(samples * samples)));
     }
-}
-
-/// The scene's place under a place on the screen; the nearest that it has, beyond its rim.
-fn place(view: &SceneView, screen: [f64; 2]) -> Point<2> {
-    let by = std::array::from_fn(|a| (screen[a] - 0.5 * f64::from(view.viewport[a])) / view.scale);
-    let mut point = view.center.offset(by);
-    for axis in 0..2 {
-        let last = i64::from(view.last[axis]);
-        if point.whole[axis] < 0 {
-            (point.whole[axis], point.frac[axis]) = (0, 0.0);
-        } else if point.whole[axis] > last {
-            (point.whole[axis], point.frac[axis]) = (last, 1.0);
-        }
-    }
-    point
 }
 
 /// The premultiplied colour at a place; blended across boundaries where the width of a sub-sample is

@@ -1,9 +1,9 @@
 //! Truth from close by: a drawing at 2048 pixels, encoded and enlarged eight times, beside the same
 //! drawing at 16,384, and beside other ways to enlarge the same 2048 pixels.
 //!
-//! Half of the drawing's boundary errors that crisp pixels leave cannot be told from these: a straight
-//! edge along an axis may lie anywhere within them, so that of the third of all boundary that is such, half
-//! is off by more than a quarter of a pixel whatever one does. There crisp rows are listed but not judged.
+//! A straight edge along an axis may lie anywhere within crisp pixels, and a third of this drawing's
+//! boundary is such: whatever one does, half of that is off by more than a quarter of a pixel. It is in
+//! the rows for crisp pixels, but not in those that are judged.
 
 use crate::boundary::{FARTHEST, Pair, REACH};
 use crate::lanczos::Lanczos;

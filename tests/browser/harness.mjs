@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { chromium } from 'playwright-core';
 import { PNG } from 'pngjs';
-import { at, cli } from '../../web/tasks/project.mjs';
+import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
 
 export const BACKENDS = ['webgpu', 'webgl2'];
 

@@ -8,7 +8,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { crc32, gzipSync } from 'node:zlib';
 import { PNG } from 'pngjs';
-import { cli } from '../../web/tasks/project.mjs';
+import { checkedCli as cli } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
 const VIEWPORT = { width: 480, height: 360 };

@@ -146,7 +146,6 @@ pub fn sources() -> Vec<(&'static str, Source<2>)> {
 }
 
 /// Encoded pictures for the renderers: synthetic ones with both kernels, and the real ones.
-#[cfg(feature = "gpu")]
 pub fn pictures() -> Vec<(String, Image)> {
     let mut pictures = Vec::new();
     for kernel in [Kernel::Quadratic, Kernel::Linear] {

@@ -5,6 +5,7 @@ import {
   at,
   bin,
   cargoTarget,
+  checkedCli,
   cli,
   main,
   nodeBin,
@@ -20,13 +21,22 @@ import { shortenImports } from './shorten.mjs';
 const PAGES = ['index.html', 'view.html', 'page.css', 'view.js'];
 
 export async function build() {
+  await buildWith(cli, ['--release', '--features', 'cli']);
+}
+
+/** The same with the tool that tests use, which shares all it is built from with them. */
+export async function buildForTests() {
+  await buildWith(checkedCli, ['--features', 'cli,gpu']);
+}
+
+async function buildWith(tool, options) {
   wasm();
   encoderWasm();
   await bundle();
   pages();
   // After the pages: the command line tool carries them inside.
-  nativeCli();
-  gallery();
+  run('cargo', ['build', '--bin', 'istar', ...options]);
+  gallery(tool);
 }
 
 /** Rust puts the stack first: the lowest bytes are its far end, and no address is computed from there. */
@@ -108,17 +118,13 @@ export function pages() {
   for (const name of PAGES) writeIfChanged(at('dist', name), readFileSync(at('web', name)));
 }
 
-export function nativeCli() {
-  run('cargo', ['build', '--release', '--bin', 'istar', '--features', 'cli']);
-}
-
-export function gallery() {
+function gallery(tool) {
   for (const file of readdirSync(at('web', 'gallery')).filter((name) => name.endsWith('.png'))) {
     const picture = at('web', 'gallery', file);
     const encoded = at('dist', 'gallery', file.replace('.png', '.istar'));
     whenChanged(encoded, [picture, ...encoderSources()], () => {
       console.log(`Encoding ${file}`);
-      run(cli, ['encode', picture, '-o', encoded]);
+      run(tool, ['encode', picture, '-o', encoded]);
     });
   }
 }

@@ -12,6 +12,8 @@ export const at = (...parts) => join(root, ...parts);
 /** Cargo's output, which may lie elsewhere; what the web tasks make lies in target/web and dist. */
 export const cargoTarget = resolve(root, process.env.CARGO_TARGET_DIR ?? 'target');
 export const cli = join(cargoTarget, 'release', 'istar');
+/** The same with checks, from which the tests of Rust are built as well. */
+export const checkedCli = join(cargoTarget, 'debug', 'istar');
 export const bin = (name) => at('.tools', 'bin', name);
 export const nodeBin = (name) => at('node_modules', '.bin', name);
 

@@ -2,7 +2,7 @@
 import { existsSync, readdirSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { delimiter } from 'node:path';
-import { build, encoderWasm, wasm } from './build.mjs';
+import { buildForTests, encoderWasm, wasm } from './build.mjs';
 import { at, main, nodeBin, run, TaskError } from './project.mjs';
 import { setup } from './setup.mjs';
 
@@ -14,7 +14,7 @@ const steps = {
   setup: () => setup({ tests: true }),
   format: () => run('cargo', ['fmt', '--check']),
   lint: () => run(nodeBin('biome'), ['check', '--error-on-warnings', '.']),
-  build,
+  build: buildForTests,
   types: () => {
     // The types of the wasm modules are made with them.
     wasm();

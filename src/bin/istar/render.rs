@@ -37,7 +37,7 @@ pub struct Args {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Backend {
-    /// The exact reference
+    /// No graphics card needed
     Cpu,
     /// The shaders that the viewer runs
     Gpu,
@@ -72,6 +72,8 @@ pub fn run(args: &Args) -> Outcome {
 
 /// Rows of a view that are drawn at a time, where the tiles of all are too many to be held at once.
 const BAND: u32 = 256;
+/// Rows that one core draws at a time.
+const ROWS_AT_ONCE: u32 = 128;
 /// Tiles that are.
 const MOST_AT_ONCE: usize = 64;
 
@@ -112,9 +114,12 @@ pub fn draw_cpu(image: &Image, camera: &Camera, antialias: bool) -> Vec<[u8; 4]>
     let [width, height] = camera.viewport();
     let bar = progress::rows(height);
     let mut pixels = vec![[0; 4]; istar::grid::count([width, height])];
-    pixels.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
-        raster::render_row(image, camera, y as u32, antialias, row);
-        bar.inc(1);
+    let painter = raster::Painter::new(image);
+    // A cell is looked at once a band.
+    let bands = pixels.par_chunks_mut((width * ROWS_AT_ONCE).max(1) as usize).enumerate();
+    bands.for_each(|(band, rows)| {
+        painter.draw(camera, band as u32 * ROWS_AT_ONCE, antialias, rows);
+        bar.inc(u64::from(ROWS_AT_ONCE));
     });
     bar.finish_and_clear();
     pixels

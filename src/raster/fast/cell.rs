@@ -1,0 +1,220 @@
+//! A cell as a view sees it: its cuts in f32 as polynomials of the pixel.
+
+use crate::cuts::{Biquadratic, Candidates};
+use crate::limits::MAX_CANDIDATES;
+use crate::model::RegionId;
+use std::borrow::Cow;
+
+/// Candidates of a cell that a view may see, and what parts them.
+pub(super) struct CellView<'a> {
+    candidates: Cow<'a, Candidates>,
+    /// As the candidates have them: p_ji of pairs, or how much nearer each is than the first.
+    cuts: Vec<Cut>,
+}
+
+/// A region, and how much of a pixel it covers.
+pub(super) type Share = (RegionId, f32);
+
+/// A polynomial of pixels from the middle of the cell's part of the view.
+#[derive(Clone, Copy)]
+pub(super) struct Cut([[f32; 3]; 3]);
+
+/// The same in one row of pixels: its value and its derivative down the screen.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Row {
+    value: [f32; 3],
+    down: [f32; 3],
+}
+
+/// What a cut is about a pixel's middle: its value there, and its gradient.
+pub(super) type Linear = [f32; 3];
+
+/// Half the diagonal of a pixel: one further from all boundaries is of one region.
+pub(super) const REACH: f32 = 0.7072;
+
+impl<'a> CellView<'a> {
+    /// Of the cuts of a cell about the middle of what is seen of it, which is `reach` pixels away at
+    /// most. `Err` where that is one region.
+    pub fn new(
+        candidates: &'a Candidates,
+        about: impl Fn(usize) -> Biquadratic,
+        reach: f64,
+    ) -> Result<Self, RegionId> {
+        if candidates.by_pairs {
+            let count = candidates.nodes.len();
+            let cuts = (0..count * (count - 1) / 2).map(|k| Cut::new(&about(k))).collect();
+            return Ok(CellView { candidates: Cow::Borrowed(candidates), cuts });
+        }
+        let (seen, cuts) = candidates.seen(about, reach);
+        match seen.only_region() {
+            Some(region) => Err(region),
+            None => {
+                let cuts = cuts.iter().map(Cut::new).collect();
+                Ok(CellView { candidates: Cow::Owned(seen), cuts })
+            }
+        }
+    }
+
+    /// The cuts in a row of pixels, `y` down from the middle.
+    pub fn rows(&self, y: f32, rows: &mut Vec<Row>) {
+        rows.clear();
+        rows.extend(self.cuts.iter().map(|cut| cut.row(y)));
+    }
+
+    /// What covers a pixel `x` to the right of the middle, by shares.
+    pub fn shares(&self, rows: &[Row], x: f32, antialias: bool) -> [Share; 3] {
+        let Candidates { regions, neighbours, by_pairs, .. } = self.candidates.as_ref();
+        let winner = if *by_pairs { self.deepest(rows, x) } else { nearest(rows, x) };
+        let region = regions[winner];
+        let own = [(region, 1.0), (region, 0.0), (region, 0.0)];
+        if !antialias {
+            return own;
+        }
+        let mut sides = [None, None];
+        for other in (0..regions.len()).filter(|&other| neighbours[winner] >> other & 1 == 1) {
+            let linear = self.between(rows, x, winner, other);
+            let steepness = (linear[1] * linear[1] + linear[2] * linear[2]).sqrt();
+            let distance = linear[0].max(0.0) / steepness;
+            // Not a number where it is level: then too it is far away.
+            if distance < REACH {
+                let side = Side { candidate: other, region: regions[other], distance, linear };
+                sides = with(sides, side);
+            }
+        }
+        match sides {
+            [None, _] => own,
+            [Some(near), None] => {
+                let share = share_of_square(near.distance, [near.linear[1], near.linear[2]]);
+                [(region, share), (near.region, 1.0 - share), (region, 0.0)]
+            }
+            [Some(near), Some(next)] => {
+                let between = self.between(rows, x, near.candidate, next.candidate);
+                let counts = shares_of_three(near.linear, next.linear, between);
+                [(region, counts[0]), (near.region, counts[1]), (next.region, counts[2])]
+            }
+        }
+    }
+
+    /// p of two candidates, positive on the side of the first of them.
+    fn between(&self, rows: &[Row], x: f32, i: usize, j: usize) -> Linear {
+        if self.candidates.by_pairs {
+            let at = rows[self.candidates.pair(i.min(j), i.max(j))].at(x);
+            return if i < j { at.map(|n| -n) } else { at };
+        }
+        let ahead = |i: usize| if i == 0 { [0.0; 3] } else { rows[i - 1].at(x) };
+        let (i, j) = (ahead(i), ahead(j));
+        std::array::from_fn(|n| i[n] - j[n])
+    }
+
+    fn deepest(&self, rows: &[Row], x: f32) -> usize {
+        let count = self.candidates.nodes.len();
+        let mut depth = [f32::INFINITY; MAX_CANDIDATES];
+        let mut rows = rows.iter();
+        for i in 0..count {
+            for j in i + 1..count {
+                let Some(row) = rows.next() else { break };
+                let p = row.value(x);
+                // Nothing parts two nodes in one place.
+                if row.value != [0.0; 3] || row.down != [0.0; 3] {
+                    depth[i] = depth[i].min(-p);
+                    depth[j] = depth[j].min(p);
+                }
+            }
+        }
+        (0..count).reduce(|best, i| if depth[i] > depth[best] { i } else { best }).unwrap_or(0)
+    }
+}
+
+fn nearest(rows: &[Row], x: f32) -> usize {
+    let mut best = (0, 0.0);
+    for (i, row) in (1..).zip(rows) {
+        let ahead = row.value(x);
+        if ahead > best.1 {
+            best = (i, ahead);
+        }
+    }
+    best.0
+}
+
+/// The side of a boundary that a place is not on.
+#[derive(Clone, Copy)]
+struct Side {
+    candidate: usize,
+    region: RegionId,
+    distance: f32,
+    linear: Linear,
+}
+
+/// The nearest sides of two regions, with one more.
+fn with([near, next]: [Option<Side>; 2], side: Side) -> [Option<Side>; 2] {
+    let Some(first) = near else { return [Some(side), None] };
+    if side.distance < first.distance {
+        return [Some(side), if side.region == first.region { next } else { near }];
+    }
+    let is_nearer = next.is_none_or(|next| side.distance < next.distance);
+    [near, if side.region != first.region && is_nearer { Some(side) } else { next }]
+}
+
+impl Cut {
+    pub fn new(cut: &Biquadratic) -> Self {
+        Cut(cut.0.map(|column| column.map(|factor| factor as f32)))
+    }
+
+    /// In the row of pixels `y` down from the middle.
+    pub fn row(&self, y: f32) -> Row {
+        Row {
+            value: self.0.map(|[a, b, c]| a + y * (b + y * c)),
+            down: self.0.map(|[_, b, c]| b + 2.0 * y * c),
+        }
+    }
+}
+
+impl Row {
+    #[inline]
+    pub fn value(&self, x: f32) -> f32 {
+        let [a, b, c] = self.value;
+        a + x * (b + x * c)
+    }
+
+    #[inline]
+    pub fn at(&self, x: f32) -> Linear {
+        let [_, b, c] = self.value;
+        let [d, e, f] = self.down;
+        [self.value(x), b + 2.0 * x * c, d + x * (e + x * f)]
+    }
+}
+
+/// How much of a unit square lies on the positive side of a line at `distance` from its middle, which
+/// lies there too.
+pub(super) fn share_of_square(distance: f32, normal: [f32; 2]) -> f32 {
+    let [x, y] = normal.map(f32::abs);
+    let length = (x * x + y * y).sqrt();
+    let (a, b) = (x.max(y) / length, x.min(y) / length);
+    let left = 0.5 * (a + b) - distance;
+    if left <= 0.0 {
+        1.0
+    } else if left > b {
+        0.5 + distance / a
+    } else {
+        1.0 - left * left / (2.0 * a * b)
+    }
+}
+
+/// Where three regions meet: sixteen places in the pixel, no two in a row or a column.
+fn shares_of_three(near: Linear, next: Linear, between: Linear) -> [f32; 3] {
+    const ROWS: [u8; 16] = [9, 1, 13, 5, 11, 3, 15, 7, 8, 0, 12, 4, 10, 2, 14, 6];
+    let mut counts = [0.0; 3];
+    for (i, row) in (0u8..).zip(ROWS) {
+        let [x, y] = [i, row].map(|n| (f32::from(n) + 0.5) / 16.0 - 0.5);
+        let at = |[p, by_x, by_y]: Linear| p + by_x * x + by_y * y;
+        let owner = if at(near) >= 0.0 && at(next) >= 0.0 {
+            0
+        } else if at(between) >= 0.0 {
+            1
+        } else {
+            2
+        };
+        counts[owner] += 1.0 / 16.0;
+    }
+    counts
+}

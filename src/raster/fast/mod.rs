@@ -1,0 +1,371 @@
+//! Drawing on the CPU at speed: what [`reference`](super::reference) draws, to within two levels of 255
+//! a channel but for one pixel in ten thousand.
+//!
+//! Cells are drawn one at a time: what parts their candidates is expanded in f64 about the middle of
+//! what is seen of them, in pixels of the screen, and evaluated there in f32. So it is as sharp at any
+//! scale.
+
+mod cell;
+mod spans;
+
+use crate::camera::Camera;
+use crate::cuts::{self, Candidates, Deciding};
+use crate::grid;
+use crate::model::{Block, Cells, Image, RegionId};
+use crate::placement::{Placement, SceneView};
+use cell::{CellView, Cut, REACH, Row, share_of_square};
+use spans::{Axis, Span};
+use std::ops::Range;
+
+/// Draws views of a picture quickly.
+pub struct Painter<'a> {
+    image: &'a Image,
+    /// What each candidate list says of its cells.
+    lists: Vec<Option<Deciding>>,
+    /// The colour of each region, straight.
+    colors: Vec<[u8; 4]>,
+}
+
+/// Rows of sub-samples that are drawn before they are averaged, about.
+const SUB_ROWS: u32 = 64;
+
+/// Pixels that are looked at together.
+const LANES: usize = 16;
+
+impl<'a> Painter<'a> {
+    /// For a picture that [`Model::check`](crate::Model::check) holds for, in time linear in its
+    /// candidate lists.
+    pub fn new(image: &'a Image) -> Self {
+        let lists = (0..image.lists.len() as u32).map(|list| Deciding::new(image, list)).collect();
+        let shown = |color: [u8; 4]| if color[3] == 0 { [0; 4] } else { color };
+        let colors = image.regions.iter().map(|region| shown(region.color)).collect();
+        Painter { image, lists, colors }
+    }
+
+    /// Draws rows of the camera's viewport into `pixels`, straight RGBA, as many rows as it holds from
+    /// `first` on. See [`render_row`](super::render_row).
+    ///
+    /// # Panics
+    /// Where `pixels` is not whole rows of the viewport.
+    pub fn draw(&self, camera: &Camera, first: u32, antialias: bool, pixels: &mut [[u8; 4]]) {
+        pixels.fill([0; 4]);
+        let whole = Placement::whole(self.image.size);
+        self.draw_scene(&whole, camera, first, antialias, pixels);
+    }
+
+    /// Draws what of the rows belongs to a scene that is placed in a larger picture; the rest of
+    /// `pixels` stays. See [`draw`](Self::draw).
+    ///
+    /// # Panics
+    /// As [`draw`](Self::draw).
+    pub fn draw_scene(
+        &self,
+        placement: &Placement,
+        camera: &Camera,
+        first: u32,
+        antialias: bool,
+        pixels: &mut [[u8; 4]],
+    ) {
+        let width = camera.viewport()[0] as usize;
+        if width == 0 || pixels.is_empty() {
+            return;
+        }
+        assert_eq!(pixels.len() % width, 0, "whole rows");
+        let Some(view) = placement.seen(camera, antialias) else { return };
+        let last = first.saturating_add((pixels.len() / width) as u32);
+        let [from, to] = view.own;
+        let rows = from[1].max(first)..to[1].min(last);
+        if rows.is_empty() {
+            return;
+        }
+        let start = (rows.start - first) as usize * width;
+        let pixels = &mut pixels[start..start + rows.len() * width];
+        match if antialias { view.samples() } else { 1 } {
+            1 => {
+                let columns = from[0]..to[0];
+                let mut into = Target { pixels, stride: width, start: [0, rows.start] };
+                self.paint(&view, [columns, rows.clone()], antialias, &mut into);
+            }
+            samples => self.draw_finely(&view, samples, rows.clone(), pixels),
+        }
+        if antialias {
+            fade(&view, rows, pixels);
+        }
+    }
+
+    /// Where a pixel covers several of the scene's: the mean of so many places along each axis.
+    fn draw_finely(
+        &self,
+        view: &SceneView,
+        samples: u32,
+        rows: Range<u32>,
+        pixels: &mut [[u8; 4]],
+    ) {
+        let fine = view.finer(samples);
+        let width = view.viewport[0] as usize;
+        let columns = view.own[0][0]..view.own[1][0];
+        let stride = columns.len() * samples as usize;
+        let mut sub = Vec::new();
+        for start in rows.clone().step_by((SUB_ROWS / samples) as usize) {
+            let some = start..rows.end.min(start + SUB_ROWS / samples);
+            sub.resize(stride * some.len() * samples as usize, [0; 4]);
+            let fine_columns = columns.start * samples..columns.end * samples;
+            let fine_rows = some.start * samples..some.end * samples;
+            let start = [fine_columns.start, fine_rows.start];
+            let mut into = Target { pixels: &mut sub, stride, start };
+            self.paint(&fine, [fine_columns, fine_rows], true, &mut into);
+            let bands = sub.chunks_exact(stride * samples as usize);
+            for (y, band) in some.zip(bands) {
+                let row = &mut pixels[(y - rows.start) as usize * width..][..width];
+                for (x, pixel) in columns.clone().zip(&mut row[columns.start as usize..]) {
+                    *pixel = mean(band, stride, (x - columns.start) as usize, samples as usize);
+                }
+            }
+        }
+    }
+
+    /// Draws a rectangle of pixels, one sample each.
+    fn paint(
+        &self,
+        view: &SceneView,
+        [columns, rows]: [Range<u32>; 2],
+        antialias: bool,
+        into: &mut Target<'_>,
+    ) {
+        let axes = [Axis::new(view, 0, columns), Axis::new(view, 1, rows)];
+        let block_log2 = self.image.block_log2;
+        let block_grid = self.image.block_grid();
+        for down in axes[1].spans(axes[1].all(), block_log2) {
+            for across in axes[0].spans(axes[0].all(), block_log2) {
+                let block = grid::index(block_grid, [across.cell, down.cell]);
+                match &self.image.blocks[block] {
+                    Block::Solid(node) => {
+                        let region = self.image.nodes[*node as usize].region;
+                        let color = region.map_or([0; 4], |region| self.colors[region as usize]);
+                        into.fill(&across.pixels, &down.pixels, color);
+                    }
+                    Block::Cells(cells) => {
+                        let place = [&across, &down];
+                        let block = BlockView { view, axes: &axes, cells, place, antialias };
+                        self.paint_block(&block, into);
+                    }
+                }
+            }
+        }
+    }
+
+    fn paint_block(&self, block: &BlockView<'_>, into: &mut Target<'_>) {
+        let log2 = block.cells.texel_log2;
+        let cell_grid = self.image.cell_grid(log2);
+        let cells_log2 = self.image.block_log2 - log2;
+        let within = |cell: u32| cell & ((1 << cells_log2) - 1);
+        for down in block.axes[1].spans(block.place[1].pixels.clone(), log2) {
+            for across in block.axes[0].spans(block.place[0].pixels.clone(), log2) {
+                let cell = [across.cell, down.cell].map(within);
+                let list = block.cells.lists[grid::index(cell_grid, cell)];
+                let pixels = [&across.pixels, &down.pixels];
+                let region = match &self.lists[list as usize] {
+                    None => continue,
+                    Some(Deciding::Solid(region)) => Some(*region),
+                    Some(Deciding::Between(candidates)) => {
+                        self.paint_cell(block, cell, candidates, pixels, into)
+                    }
+                };
+                if let Some(region) = region {
+                    into.fill(&across.pixels, &down.pixels, self.colors[region as usize]);
+                }
+            }
+        }
+    }
+
+    /// Draws what is seen of a cell, or returns the one region that is seen of it.
+    fn paint_cell(
+        &self,
+        block: &BlockView<'_>,
+        cell: [u32; 2],
+        candidates: &Candidates,
+        pixels: [&Range<u32>; 2],
+        into: &mut Target<'_>,
+    ) -> Option<RegionId> {
+        let log2 = block.cells.texel_log2;
+        let middle = pixels.map(|pixels| pixels.start + pixels.len() as u32 / 2);
+        let from = [0, 1].map(|axis| block.axes[axis].within(middle[axis], log2));
+        let unit = block.view.scale * f64::from(1u32 << log2);
+        // And a little beyond, where a boundary may pass that reaches in.
+        let [w, h] = pixels.map(|pixels| 0.5 * pixels.len() as f64 + 2.0);
+        let reach = w.max(h);
+        let value = cuts::value(self.image, block.cells, cell);
+        let about = |k: usize| candidates.cut(k, &value).about(from, unit);
+        let middle = [0, 1].map(|axis| block.axes[axis].screen_at(middle[axis]));
+        let columns = block.axes[0].screen(pixels[0]);
+        let rows = pixels[1].clone().zip(block.axes[1].screen(pixels[1]));
+        // Most cells that are not of one region.
+        if let ([a, b], false) = (candidates.regions.as_slice(), candidates.by_pairs) {
+            let cut = about(0);
+            if cut.0[0][0].abs() > cut.sway(reach) {
+                return Some(if cut.0[0][0] > 0.0 { *b } else { *a });
+            }
+            let cut = Cut::new(&cut);
+            let colors = [*a, *b].map(|region| self.colors[region as usize]);
+            let blends = block.antialias && candidates.neighbours[0] != 0;
+            for (y, row) in rows {
+                let cut = cut.row(row - middle[1]);
+                paint_pair(&cut, colors, blends, (columns, middle[0]), into.row(pixels[0], y));
+            }
+            return None;
+        }
+        let view = match CellView::new(candidates, about, reach) {
+            Ok(view) => view,
+            Err(region) => return Some(region),
+        };
+        let mut cuts = Vec::new();
+        for (y, row) in rows {
+            view.rows(row - middle[1], &mut cuts);
+            for (pixel, column) in into.row(pixels[0], y).iter_mut().zip(columns) {
+                let shares = view.shares(&cuts, column - middle[0], block.antialias);
+                *pixel = match shares {
+                    [(region, 1.0), ..] => self.colors[region as usize],
+                    _ => mix(shares.map(|(region, share)| (self.colors[region as usize], share))),
+                };
+            }
+        }
+        None
+    }
+}
+
+/// Draws a row of a cell with two candidates; the cut is positive on the second's side.
+fn paint_pair(
+    cut: &Row,
+    colors: [[u8; 4]; 2],
+    blends: bool,
+    (columns, middle): (&[f32], f32),
+    row: &mut [[u8; 4]],
+) {
+    let pick = |p: f32| if p > 0.0 { colors[1] } else { colors[0] };
+    if !blends {
+        for (pixel, column) in row.iter_mut().zip(columns) {
+            *pixel = pick(cut.value(column - middle));
+        }
+        return;
+    }
+    let (mut values, mut beyond) = ([0.0f32; LANES], [0.0f32; LANES]);
+    for (pixels, columns) in row.chunks_mut(LANES).zip(columns.chunks(LANES)) {
+        // Without a branch, so that several are looked at together.
+        for ((value, beyond), column) in values.iter_mut().zip(&mut beyond).zip(columns) {
+            let [p, by_x, by_y] = cut.at(column - middle);
+            *value = p;
+            *beyond = p * p - REACH * REACH * (by_x * by_x + by_y * by_y);
+        }
+        for (i, (pixel, column)) in pixels.iter_mut().zip(columns).enumerate() {
+            if beyond[i] >= 0.0 {
+                *pixel = pick(values[i]);
+                continue;
+            }
+            let [p, by_x, by_y] = cut.at(column - middle);
+            let distance = p.abs() / (by_x * by_x + by_y * by_y).sqrt();
+            let own = share_of_square(distance, [by_x, by_y]);
+            let share = if p > 0.0 { own } else { 1.0 - own };
+            *pixel = mix([(colors[0], 1.0 - share), (colors[1], share)]);
+        }
+    }
+}
+
+/// A block that has cells, in a view.
+struct BlockView<'a> {
+    view: &'a SceneView,
+    axes: &'a [Axis; 2],
+    cells: &'a Cells<3>,
+    place: [&'a Span; 2],
+    antialias: bool,
+}
+
+/// Where pixels go.
+struct Target<'a> {
+    pixels: &'a mut [[u8; 4]],
+    /// Pixels in a row.
+    stride: usize,
+    /// The first of them on the screen.
+    start: [u32; 2],
+}
+
+impl Target<'_> {
+    fn row(&mut self, columns: &Range<u32>, y: u32) -> &mut [[u8; 4]] {
+        let at = (y - self.start[1]) as usize * self.stride;
+        &mut self.pixels[at + (columns.start - self.start[0]) as usize..][..columns.len()]
+    }
+
+    fn fill(&mut self, columns: &Range<u32>, rows: &Range<u32>, color: [u8; 4]) {
+        for y in rows.clone() {
+            self.row(columns, y).fill(color);
+        }
+    }
+}
+
+/// Straight colours by shares, blended as they are stored.
+fn mix<const N: usize>(parts: [([u8; 4], f32); N]) -> [u8; 4] {
+    let mut sum = [0.0f32; 4];
+    for (color, share) in parts {
+        let [r, g, b, a] = color.map(f32::from);
+        let share = if color[3] == 255 { share } else { share * a / 255.0 };
+        sum[0] += r * share;
+        sum[1] += g * share;
+        sum[2] += b * share;
+        sum[3] += share;
+    }
+    straight(sum)
+}
+
+/// Of premultiplied red, green and blue, and the alpha that they are multiplied with, 0 to 1.
+fn straight([r, g, b, a]: [f32; 4]) -> [u8; 4] {
+    if a <= 0.0 {
+        return [0; 4];
+    }
+    [r / a, g / a, b / a, a * 255.0].map(|c| (c + 0.5) as u8)
+}
+
+/// The mean of a square of sub-samples.
+fn mean(band: &[[u8; 4]], stride: usize, x: usize, samples: usize) -> [u8; 4] {
+    let mut sum = [0u32; 4];
+    for y in 0..samples {
+        for &[r, g, b, a] in &band[y * stride + x * samples..][..samples] {
+            let a = u32::from(a);
+            sum[0] += u32::from(r) * a;
+            sum[1] += u32::from(g) * a;
+            sum[2] += u32::from(b) * a;
+            sum[3] += a;
+        }
+    }
+    let [r, g, b, a] = sum;
+    if a == 0 {
+        return [0; 4];
+    }
+    let count = (samples * samples) as u32;
+    [(r + a / 2) / a, (g + a / 2) / a, (b + a / 2) / a, (a + count / 2) / count].map(|c| c as u8)
+}
+
+/// Makes transparent what of the pixels at the picture's rim is outside.
+fn fade(view: &SceneView, rows: Range<u32>, pixels: &mut [[u8; 4]]) {
+    let width = view.viewport[0] as usize;
+    let columns = view.own[0][0]..view.own[1][0];
+    for (y, row) in rows.zip(pixels.chunks_exact_mut(width)) {
+        let down = view.inside(1, y);
+        if down >= 1.0 {
+            // Only its ends, then.
+            for x in [columns.start, columns.end - 1] {
+                faded(&mut row[x as usize], view.inside(0, x));
+                if columns.len() == 1 {
+                    break;
+                }
+            }
+            continue;
+        }
+        for x in columns.clone() {
+            faded(&mut row[x as usize], down * view.inside(0, x));
+        }
+    }
+}
+
+fn faded(pixel: &mut [u8; 4], inside: f64) {
+    let alpha = (f64::from(pixel[3]) * inside).round() as u8;
+    *pixel = if alpha == 0 { [0; 4] } else { [pixel[0], pixel[1], pixel[2], alpha] };
+}

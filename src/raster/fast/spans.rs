@@ -1,0 +1,82 @@
+//! Which pixels of a view fall where in a scene, along each axis.
+
+use crate::placement::SceneView;
+use std::ops::Range;
+
+/// The pixels of a view that are a scene's own, along one axis.
+pub(super) struct Axis {
+    /// The first of them.
+    first: u32,
+    /// The pixel of the scene that the middle of each falls into.
+    scene: Vec<u32>,
+    /// Where on the screen that middle is; for one beyond the scene's rim, where that is.
+    screen: Vec<f32>,
+    /// Where in its scene pixel it is.
+    fraction: Vec<f64>,
+}
+
+/// Neighbouring pixels that fall into the same cell, or block.
+pub(super) struct Span {
+    /// The cell, counted from the scene's start.
+    pub cell: u32,
+    pub pixels: Range<u32>,
+}
+
+impl Axis {
+    /// Of those in `pixels`.
+    pub fn new(view: &SceneView, axis: usize, pixels: Range<u32>) -> Self {
+        let mut found =
+            Axis { first: pixels.start, scene: vec![], screen: vec![], fraction: vec![] };
+        for pixel in pixels {
+            let middle = f64::from(pixel) + 0.5;
+            let (whole, fraction) = view.place_along(axis, middle);
+            found.scene.push(whole as u32);
+            found.fraction.push(fraction);
+            found.screen.push(middle.clamp(view.rim[axis], view.rim[axis + 2]) as f32);
+        }
+        found
+    }
+
+    /// All of its pixels.
+    pub fn all(&self) -> Range<u32> {
+        self.first..self.first + self.scene.len() as u32
+    }
+
+    /// The spans of cells of 2^`log2` pixels of the scene.
+    pub fn spans(&self, pixels: Range<u32>, log2: u8) -> impl Iterator<Item = Span> {
+        let mut start = pixels.start;
+        std::iter::from_fn(move || {
+            if start >= pixels.end {
+                return None;
+            }
+            let from = start;
+            let cell = self.cell(from, log2);
+            while start < pixels.end && self.cell(start, log2) == cell {
+                start += 1;
+            }
+            Some(Span { cell, pixels: from..start })
+        })
+    }
+
+    fn cell(&self, pixel: u32, log2: u8) -> u32 {
+        self.scene[(pixel - self.first) as usize] >> log2
+    }
+
+    /// Where in a cell of 2^`log2` pixels of the scene a pixel's middle is, in cell widths.
+    pub fn within(&self, pixel: u32, log2: u8) -> f64 {
+        let i = (pixel - self.first) as usize;
+        let size = 1u32 << log2;
+        (f64::from(self.scene[i] & (size - 1)) + self.fraction[i]) / f64::from(size)
+    }
+
+    /// Where on the screen the middles of pixels are.
+    pub fn screen(&self, pixels: &Range<u32>) -> &[f32] {
+        let [from, to] = [pixels.start, pixels.end].map(|pixel| (pixel - self.first) as usize);
+        &self.screen[from..to]
+    }
+
+    /// Where on the screen the middle of a pixel is.
+    pub fn screen_at(&self, pixel: u32) -> f32 {
+        self.screen[(pixel - self.first) as usize]
+    }
+}

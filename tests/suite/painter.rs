@@ -1,0 +1,103 @@
+//! Quick drawing on the CPU against the reference.
+
+use crate::views::{VIEWPORT, differing, reference, views};
+use crate::{failures, fixtures};
+use istar::raster::{Painter, render_scene_row};
+use istar::{Camera, Gamma, Image, Kernel, Placement, grid};
+
+/// As the painter says of itself.
+const CHANNEL: u8 = 2;
+const SHARE: f64 = 1e-4;
+
+fn painted(image: &Image, camera: &Camera, antialias: bool) -> Vec<[u8; 4]> {
+    let mut pixels = vec![[9; 4]; grid::count(camera.viewport())];
+    // In bands, as several threads would.
+    let painter = Painter::new(image);
+    let width = camera.viewport()[0];
+    for (band, pixels) in (0..).zip(pixels.chunks_mut((width * 7) as usize)) {
+        painter.draw(camera, 7 * band, antialias, pixels);
+    }
+    pixels
+}
+
+/// The share of pixels that differ, and how many there are.
+fn compare(name: &str, image: &Image) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    for camera in views(image) {
+        for antialias in [true, false] {
+            let expected = reference(image, &camera, antialias);
+            let actual = painted(image, &camera, antialias);
+            let share = differing(&expected, &actual, CHANNEL);
+            // One picture alone has too few pixels to tell.
+            if share > 20.0 * SHARE {
+                let file = format!("painted {name} {}x {antialias}", camera.scale());
+                let path = failures::write(&file, VIEWPORT, &expected, &actual);
+                panic!("{file}: {share} of pixels differ; see {path}");
+            }
+            sums[0] += share;
+            sums[1] += 1.0;
+        }
+    }
+    sums
+}
+
+#[test]
+fn a_painter_draws_what_the_reference_draws() {
+    let mut sums = [0.0; 2];
+    for (name, image) in fixtures::pictures() {
+        let [share, views] = compare(&name, &image);
+        sums = [sums[0] + share, sums[1] + views];
+    }
+    assert!(sums[0] / sums[1] < SHARE, "{} of pixels differ", sums[0] / sums[1]);
+}
+
+#[test]
+fn a_painter_cuts_with_planes_as_the_reference_does() {
+    let mut sums = [0.0; 2];
+    for kernel in [Kernel::Quadratic, Kernel::Linear] {
+        for (name, source) in [("wheel", fixtures::wheel()), ("tiles", fixtures::tiles())] {
+            let fitted = fixtures::encoded_with(&source, 16, kernel, Gamma::Planes);
+            let wild = fixtures::with_wild_planes(fixtures::encoded(&source, 8, kernel));
+            for (kind, image) in [("fitted", fitted), ("wild", wild)] {
+                let [share, views] = compare(&format!("{name} {} {kind}", kernel.name()), &image);
+                sums = [sums[0] + share, sums[1] + views];
+            }
+        }
+    }
+    assert!(sums[0] / sums[1] < SHARE, "{} of pixels differ", sums[0] / sums[1]);
+}
+
+#[test]
+fn a_painter_draws_scenes_side_by_side_and_leaves_the_rest() {
+    let (_, image) = fixtures::pictures().swap_remove(0);
+    let [width, height] = image.size;
+    let picture = [2 * width, height];
+    let mut camera = Camera::new(picture, [90, 70]);
+    for scale in [0.3, 1.0, 2.7] {
+        camera.look_at(istar::grid::Point::new([f64::from(width) - 3.3, 11.7]), scale);
+        let places =
+            [0, width].map(|x| Placement { origin: [x, 0], step_log2: 0, size: image.size });
+        let mut expected = vec![[1, 2, 3, 4]; 90 * 70];
+        let mut actual = expected.clone();
+        for place in &places[..1] {
+            for (y, row) in (0..).zip(expected.chunks_mut(90)) {
+                render_scene_row(&image, place, &camera, y, true, row);
+            }
+            Painter::new(&image).draw_scene(place, &camera, 0, true, &mut actual);
+        }
+        assert!(expected.contains(&[1, 2, 3, 4]), "some is not the scene's");
+        let share = differing(&expected, &actual, CHANNEL);
+        assert!(share < 20.0 * SHARE, "{scale}: {share}");
+    }
+}
+
+#[test]
+fn no_pixels_are_no_harm() {
+    let (_, image) = fixtures::pictures().swap_remove(0);
+    let painter = Painter::new(&image);
+    painter.draw(&Camera::new(image.size, [0, 10]), 0, true, &mut []);
+    let mut pixels = vec![[1; 4]; 20];
+    // Rows below the viewport.
+    painter.draw(&Camera::new(image.size, [10, 10]), 10, true, &mut pixels);
+    assert_eq!(pixels, [[0; 4]; 20]);
+}
