@@ -23,6 +23,7 @@ mod ablation;
 mod boundary;
 mod close_up;
 mod components;
+mod draw;
 mod facets;
 #[cfg(feature = "gpu")]
 mod gpu;
@@ -64,6 +65,7 @@ const TABLES: &[Table] = &[
     table!(growth),
     table!(components),
     table!(open),
+    table!(draw),
     table!(facets),
     table!(zoom),
     table!(sizes),

@@ -4,6 +4,7 @@ use istar::labels::Source;
 use istar::model::EdgePlane;
 use istar::{EncodeOptions, Gamma, Image, Kernel, Limits};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 #[path = "../fixtures/stress.rs"]
 pub mod stress;
@@ -146,16 +147,23 @@ pub fn sources() -> Vec<(&'static str, Source<2>)> {
 }
 
 /// Encoded pictures for the renderers: synthetic ones with both kernels, and the real ones.
-pub fn pictures() -> Vec<(String, Image)> {
-    let mut pictures = Vec::new();
-    for kernel in [Kernel::Quadratic, Kernel::Linear] {
-        for (name, source) in [("discs", discs()), ("wheel", wheel()), ("ring", ring())] {
-            pictures.push((format!("{name} {}", kernel.name()), encoded(&source, 8, kernel)));
+pub fn pictures() -> &'static [(String, Image)] {
+    // The real ones take a while.
+    static PICTURES: LazyLock<Vec<(String, Image)>> = LazyLock::new(|| {
+        let mut pictures = Vec::new();
+        for kernel in [Kernel::Quadratic, Kernel::Linear] {
+            let sources = [("discs", discs()), ("wheel", wheel()), ("ring", ring())];
+            let real = ["map", "emblem"].map(|name| (name, gallery(name)));
+            for (name, source) in sources.into_iter().chain(real) {
+                pictures.push((format!("{name} {}", kernel.name()), encoded(&source, 8, kernel)));
+            }
         }
-        for name in ["map", "emblem"] {
-            pictures
-                .push((format!("{name} {}", kernel.name()), encoded(&gallery(name), 8, kernel)));
-        }
-    }
-    pictures
+        pictures
+    });
+    &PICTURES
+}
+
+/// The two discs, encoded.
+pub fn discs_encoded() -> Image {
+    encoded(&discs(), 8, Kernel::Quadratic)
 }

@@ -82,7 +82,7 @@ fn the_gpu_cuts_with_planes_as_the_reference_does() {
 #[test]
 fn a_style_is_rewritten_alone() {
     let renderer = renderer();
-    let (_, mut image) = fixtures::pictures().swap_remove(0);
+    let mut image = fixtures::discs_encoded();
     let scene = renderer.upload(&image).unwrap();
     let camera = Camera::new(image.size, VIEWPORT);
     let middle = Point::new(image.size.map(|n| f64::from(n) * 0.5));
@@ -98,7 +98,7 @@ fn a_style_is_rewritten_alone() {
 #[test]
 fn views_without_picture_or_pixels_do_no_harm() {
     let renderer = renderer();
-    let (_, image) = fixtures::pictures().swap_remove(0);
+    let image = fixtures::discs_encoded();
     let scene = renderer.upload(&image).unwrap();
     let mut camera = Camera::new(image.size, VIEWPORT);
     camera.look_at(Point::new([0.0, 0.0]), 1e-6);

@@ -45,7 +45,7 @@ fn compare(name: &str, image: &Image) -> [f64; 2] {
 fn a_painter_draws_what_the_reference_draws() {
     let mut sums = [0.0; 2];
     for (name, image) in fixtures::pictures() {
-        let [share, views] = compare(&name, &image);
+        let [share, views] = compare(name, image);
         sums = [sums[0] + share, sums[1] + views];
     }
     assert!(sums[0] / sums[1] < SHARE, "{} of pixels differ", sums[0] / sums[1]);
@@ -69,7 +69,7 @@ fn a_painter_cuts_with_planes_as_the_reference_does() {
 
 #[test]
 fn a_painter_draws_scenes_side_by_side_and_leaves_the_rest() {
-    let (_, image) = fixtures::pictures().swap_remove(0);
+    let image = fixtures::discs_encoded();
     let [width, height] = image.size;
     let picture = [2 * width, height];
     let mut camera = Camera::new(picture, [90, 70]);
@@ -93,7 +93,7 @@ fn a_painter_draws_scenes_side_by_side_and_leaves_the_rest() {
 
 #[test]
 fn no_pixels_are_no_harm() {
-    let (_, image) = fixtures::pictures().swap_remove(0);
+    let image = fixtures::discs_encoded();
     let painter = Painter::new(&image);
     painter.draw(&Camera::new(image.size, [0, 10]), 0, true, &mut []);
     let mut pixels = vec![[1; 4]; 20];

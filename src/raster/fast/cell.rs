@@ -4,30 +4,31 @@ use crate::cuts::{Biquadratic, Candidates};
 use crate::limits::MAX_CANDIDATES;
 use crate::model::RegionId;
 use std::borrow::Cow;
+use std::ops::{Add, Mul};
 
 /// Candidates of a cell that a view may see, and what parts them.
 pub(super) struct CellView<'a> {
     candidates: Cow<'a, Candidates>,
     /// As the candidates have them: p_ji of pairs, or how much nearer each is than the first.
-    cuts: Vec<Cut>,
+    cuts: Vec<Cut<f64>>,
 }
 
 /// A region, and how much of a pixel it covers.
-pub(super) type Share = (RegionId, f32);
+pub(super) type Share = (RegionId, f64);
 
 /// A polynomial of pixels from the middle of the cell's part of the view.
 #[derive(Clone, Copy)]
-pub(super) struct Cut([[f32; 3]; 3]);
+pub(super) struct Cut<T>(pub [[T; 3]; 3]);
 
 /// The same in one row of pixels: its value and its derivative down the screen.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Row {
-    value: [f32; 3],
-    down: [f32; 3],
+#[derive(Clone, Copy)]
+pub(super) struct Row<T> {
+    value: [T; 3],
+    down: [T; 3],
 }
 
 /// What a cut is about a pixel's middle: its value there, and its gradient.
-pub(super) type Linear = [f32; 3];
+pub(super) type Linear<T> = [T; 3];
 
 /// Half the diagonal of a pixel: one further from all boundaries is of one region.
 pub(super) const REACH: f32 = 0.7072;
@@ -42,27 +43,27 @@ impl<'a> CellView<'a> {
     ) -> Result<Self, RegionId> {
         if candidates.by_pairs {
             let count = candidates.nodes.len();
-            let cuts = (0..count * (count - 1) / 2).map(|k| Cut::new(&about(k))).collect();
+            let cuts = (0..count * (count - 1) / 2).map(|k| Cut(about(k).0)).collect();
             return Ok(CellView { candidates: Cow::Borrowed(candidates), cuts });
         }
         let (seen, cuts) = candidates.seen(about, reach);
         match seen.only_region() {
             Some(region) => Err(region),
             None => {
-                let cuts = cuts.iter().map(Cut::new).collect();
+                let cuts = cuts.iter().map(|cut| Cut(cut.0)).collect();
                 Ok(CellView { candidates: Cow::Owned(seen), cuts })
             }
         }
     }
 
     /// The cuts in a row of pixels, `y` down from the middle.
-    pub fn rows(&self, y: f32, rows: &mut Vec<Row>) {
+    pub fn rows(&self, y: f64, rows: &mut Vec<Row<f64>>) {
         rows.clear();
         rows.extend(self.cuts.iter().map(|cut| cut.row(y)));
     }
 
     /// What covers a pixel `x` to the right of the middle, by shares.
-    pub fn shares(&self, rows: &[Row], x: f32, antialias: bool) -> [Share; 3] {
+    pub fn shares(&self, rows: &[Row<f64>], x: f64, antialias: bool) -> [Share; 3] {
         let Candidates { regions, neighbours, by_pairs, .. } = self.candidates.as_ref();
         let winner = if *by_pairs { self.deepest(rows, x) } else { nearest(rows, x) };
         let region = regions[winner];
@@ -76,7 +77,7 @@ impl<'a> CellView<'a> {
             let steepness = (linear[1] * linear[1] + linear[2] * linear[2]).sqrt();
             let distance = linear[0].max(0.0) / steepness;
             // Not a number where it is level: then too it is far away.
-            if distance < REACH {
+            if distance < f64::from(REACH) {
                 let side = Side { candidate: other, region: regions[other], distance, linear };
                 sides = with(sides, side);
             }
@@ -96,7 +97,7 @@ impl<'a> CellView<'a> {
     }
 
     /// p of two candidates, positive on the side of the first of them.
-    fn between(&self, rows: &[Row], x: f32, i: usize, j: usize) -> Linear {
+    fn between(&self, rows: &[Row<f64>], x: f64, i: usize, j: usize) -> Linear<f64> {
         if self.candidates.by_pairs {
             let at = rows[self.candidates.pair(i.min(j), i.max(j))].at(x);
             return if i < j { at.map(|n| -n) } else { at };
@@ -106,9 +107,9 @@ impl<'a> CellView<'a> {
         std::array::from_fn(|n| i[n] - j[n])
     }
 
-    fn deepest(&self, rows: &[Row], x: f32) -> usize {
+    fn deepest(&self, rows: &[Row<f64>], x: f64) -> usize {
         let count = self.candidates.nodes.len();
-        let mut depth = [f32::INFINITY; MAX_CANDIDATES];
+        let mut depth = [f64::INFINITY; MAX_CANDIDATES];
         let mut rows = rows.iter();
         for i in 0..count {
             for j in i + 1..count {
@@ -125,7 +126,7 @@ impl<'a> CellView<'a> {
     }
 }
 
-fn nearest(rows: &[Row], x: f32) -> usize {
+fn nearest(rows: &[Row<f64>], x: f64) -> usize {
     let mut best = (0, 0.0);
     for (i, row) in (1..).zip(rows) {
         let ahead = row.value(x);
@@ -141,8 +142,8 @@ fn nearest(rows: &[Row], x: f32) -> usize {
 struct Side {
     candidate: usize,
     region: RegionId,
-    distance: f32,
-    linear: Linear,
+    distance: f64,
+    linear: Linear<f64>,
 }
 
 /// The nearest sides of two regions, with one more.
@@ -155,39 +156,35 @@ fn with([near, next]: [Option<Side>; 2], side: Side) -> [Option<Side>; 2] {
     [near, if side.region != first.region && is_nearer { Some(side) } else { next }]
 }
 
-impl Cut {
-    pub fn new(cut: &Biquadratic) -> Self {
-        Cut(cut.0.map(|column| column.map(|factor| factor as f32)))
-    }
-
+impl<T: Copy + Add<Output = T> + Mul<Output = T>> Cut<T> {
     /// In the row of pixels `y` down from the middle.
-    pub fn row(&self, y: f32) -> Row {
+    pub fn row(&self, y: T) -> Row<T> {
         Row {
             value: self.0.map(|[a, b, c]| a + y * (b + y * c)),
-            down: self.0.map(|[_, b, c]| b + 2.0 * y * c),
+            down: self.0.map(|[_, b, c]| b + (y + y) * c),
         }
     }
 }
 
-impl Row {
+impl<T: Copy + Add<Output = T> + Mul<Output = T>> Row<T> {
     #[inline]
-    pub fn value(&self, x: f32) -> f32 {
+    pub fn value(&self, x: T) -> T {
         let [a, b, c] = self.value;
         a + x * (b + x * c)
     }
 
     #[inline]
-    pub fn at(&self, x: f32) -> Linear {
+    pub fn at(&self, x: T) -> Linear<T> {
         let [_, b, c] = self.value;
         let [d, e, f] = self.down;
-        [self.value(x), b + 2.0 * x * c, d + x * (e + x * f)]
+        [self.value(x), b + (x + x) * c, d + x * (e + x * f)]
     }
 }
 
 /// How much of a unit square lies on the positive side of a line at `distance` from its middle, which
 /// lies there too.
-pub(super) fn share_of_square(distance: f32, normal: [f32; 2]) -> f32 {
-    let [x, y] = normal.map(f32::abs);
+pub(super) fn share_of_square(distance: f64, normal: [f64; 2]) -> f64 {
+    let [x, y] = normal.map(f64::abs);
     let length = (x * x + y * y).sqrt();
     let (a, b) = (x.max(y) / length, x.min(y) / length);
     let left = 0.5 * (a + b) - distance;
@@ -201,12 +198,12 @@ pub(super) fn share_of_square(distance: f32, normal: [f32; 2]) -> f32 {
 }
 
 /// Where three regions meet: sixteen places in the pixel, no two in a row or a column.
-fn shares_of_three(near: Linear, next: Linear, between: Linear) -> [f32; 3] {
+fn shares_of_three(near: Linear<f64>, next: Linear<f64>, between: Linear<f64>) -> [f64; 3] {
     const ROWS: [u8; 16] = [9, 1, 13, 5, 11, 3, 15, 7, 8, 0, 12, 4, 10, 2, 14, 6];
     let mut counts = [0.0; 3];
     for (i, row) in (0u8..).zip(ROWS) {
-        let [x, y] = [i, row].map(|n| (f32::from(n) + 0.5) / 16.0 - 0.5);
-        let at = |[p, by_x, by_y]: Linear| p + by_x * x + by_y * y;
+        let [x, y] = [i, row].map(|n| (f64::from(n) + 0.5) / 16.0 - 0.5);
+        let at = |[p, by_x, by_y]: Linear<f64>| p + by_x * x + by_y * y;
         let owner = if at(near) >= 0.0 && at(next) >= 0.0 {
             0
         } else if at(between) >= 0.0 {

@@ -48,8 +48,18 @@ impl<'a> Painter<'a> {
     /// # Panics
     /// Where `pixels` is not whole rows of the viewport.
     pub fn draw(&self, camera: &Camera, first: u32, antialias: bool, pixels: &mut [[u8; 4]]) {
-        pixels.fill([0; 4]);
         let whole = Placement::whole(self.image.size);
+        // What it does not draw.
+        let [from, to] = whole.seen(camera, antialias).map_or([[0; 2]; 2], |view| view.own);
+        let width = camera.viewport()[0] as usize;
+        for (y, row) in (first..).zip(pixels.chunks_mut(width.max(1))) {
+            if (from[1]..to[1]).contains(&y) && row.len() == width {
+                row[..from[0] as usize].fill([0; 4]);
+                row[to[0] as usize..].fill([0; 4]);
+            } else {
+                row.fill([0; 4]);
+            }
+        }
         self.draw_scene(&whole, camera, first, antialias, pixels);
     }
 
@@ -136,20 +146,36 @@ impl<'a> Painter<'a> {
         let block_log2 = self.image.block_log2;
         let block_grid = self.image.block_grid();
         for down in axes[1].spans(axes[1].all(), block_log2) {
+            // Blocks of one colour, side by side, that are filled together.
+            let mut pending: Option<(Range<u32>, [u8; 4])> = None;
             for across in axes[0].spans(axes[0].all(), block_log2) {
                 let block = grid::index(block_grid, [across.cell, down.cell]);
-                match &self.image.blocks[block] {
+                let color = match &self.image.blocks[block] {
                     Block::Solid(node) => {
                         let region = self.image.nodes[*node as usize].region;
-                        let color = region.map_or([0; 4], |region| self.colors[region as usize]);
-                        into.fill(&across.pixels, &down.pixels, color);
+                        Some(region.map_or([0; 4], |region| self.colors[region as usize]))
                     }
                     Block::Cells(cells) => {
                         let place = [&across, &down];
                         let block = BlockView { view, axes: &axes, cells, place, antialias };
                         self.paint_block(&block, into);
+                        None
                     }
+                };
+                if let (Some((columns, before)), Some(color)) = (&mut pending, color)
+                    && *before == color
+                    && columns.end == across.pixels.start
+                {
+                    columns.end = across.pixels.end;
+                    continue;
                 }
+                let next = color.map(|color| (across.pixels, color));
+                if let Some((columns, color)) = std::mem::replace(&mut pending, next) {
+                    into.fill(&columns, &down.pixels, color);
+                }
+            }
+            if let Some((columns, color)) = pending {
+                into.fill(&columns, &down.pixels, color);
             }
         }
     }
@@ -205,7 +231,7 @@ impl<'a> Painter<'a> {
             if cut.0[0][0].abs() > cut.sway(reach) {
                 return Some(if cut.0[0][0] > 0.0 { *b } else { *a });
             }
-            let cut = Cut::new(&cut);
+            let cut = Cut(cut.0.map(|column| column.map(|factor| factor as f32)));
             let colors = [*a, *b].map(|region| self.colors[region as usize]);
             let blends = block.antialias && candidates.neighbours[0] != 0;
             for (y, row) in rows {
@@ -220,13 +246,16 @@ impl<'a> Painter<'a> {
         };
         let mut cuts = Vec::new();
         for (y, row) in rows {
-            view.rows(row - middle[1], &mut cuts);
+            view.rows(f64::from(row - middle[1]), &mut cuts);
             for (pixel, column) in into.row(pixels[0], y).iter_mut().zip(columns) {
-                let shares = view.shares(&cuts, column - middle[0], block.antialias);
-                *pixel = match shares {
-                    [(region, 1.0), ..] => self.colors[region as usize],
-                    _ => mix(shares.map(|(region, share)| (self.colors[region as usize], share))),
-                };
+                let right = f64::from(column - middle[0]);
+                let shares = view.shares(&cuts, right, block.antialias);
+                *pixel =
+                    match shares {
+                        [(region, 1.0), ..] => self.colors[region as usize],
+                        _ => mix(shares
+                            .map(|(region, share)| (self.colors[region as usize], share as f32))),
+                    };
             }
         }
         None
@@ -235,7 +264,7 @@ impl<'a> Painter<'a> {
 
 /// Draws a row of a cell with two candidates; the cut is positive on the second's side.
 fn paint_pair(
-    cut: &Row,
+    cut: &Row<f32>,
     colors: [[u8; 4]; 2],
     blends: bool,
     (columns, middle): (&[f32], f32),
@@ -263,7 +292,7 @@ fn paint_pair(
             }
             let [p, by_x, by_y] = cut.at(column - middle);
             let distance = p.abs() / (by_x * by_x + by_y * by_y).sqrt();
-            let own = share_of_square(distance, [by_x, by_y]);
+            let own = share_of_square(f64::from(distance), [by_x, by_y].map(f64::from)) as f32;
             let share = if p > 0.0 { own } else { 1.0 - own };
             *pixel = mix([(colors[0], 1.0 - share), (colors[1], share)]);
         }

@@ -46,7 +46,7 @@ fn assert_alike(name: &str, expected: &[[u8; 4]], actual: &[[u8; 4]], share: f64
 #[test]
 fn tiles_are_drawn_as_the_picture() {
     let renderer = renderer();
-    let (_, image) = fixtures::pictures().swap_remove(0);
+    let image = fixtures::discs_encoded();
     let whole = renderer.upload(&image).unwrap();
     let tiles = tiles(&image, 1);
     assert!(tiles.len() >= 4, "the picture is one tile");
@@ -73,7 +73,7 @@ fn tiles_are_drawn_as_the_picture() {
 #[test]
 fn finer_tiles_cover_a_coarser_scene_and_nothing_shines_through() {
     let renderer = renderer();
-    let (_, image) = fixtures::pictures().swap_remove(0);
+    let image = fixtures::discs_encoded();
     let [width, height] = image.size;
     // The picture, as a level of one twice as large, and its upper left quarter in red over it.
     let mut red = tiles(&image, 1).swap_remove(0).0;
