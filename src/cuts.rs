@@ -217,6 +217,20 @@ impl Biquadratic {
         let terms = (0..9).map(|i| self.0[i / 3][i % 3].abs() * power[i / 3 + i % 3]);
         terms.sum()
     }
+
+    /// No less than the length of the gradient within `reach` of the origin along each axis.
+    pub fn steepest(&self, reach: f64) -> f64 {
+        let power = [1.0, reach, reach.powi(2), reach.powi(3)];
+        let (mut by_x, mut by_y) = (0.0, 0.0);
+        for (a, column) in self.0.iter().enumerate() {
+            for (b, factor) in column.iter().enumerate() {
+                let size = factor.abs() * power[(a + b).saturating_sub(1)];
+                by_x += a as f64 * size;
+                by_y += b as f64 * size;
+            }
+        }
+        by_x.hypot(by_y)
+    }
 }
 
 #[cfg(test)]
@@ -237,6 +251,10 @@ mod tests {
         assert!((at(&close, [7.0, -2.0]) / 100.0 - there).abs() < 1e-12);
         let middle = at(&close, [0.0; 2]);
         assert!((at(&close, [7.0, -2.0]) - middle).abs() <= close.sway(7.0));
+        let slope = |by: [f64; 2]| {
+            (at(&close, [7.0 + by[0], by[1] - 2.0]) - at(&close, [7.0, -2.0])) / 1e-6
+        };
+        assert!(slope([1e-6, 0.0]).hypot(slope([0.0, 1e-6])) <= close.steepest(7.0));
     }
 
     #[test]

@@ -64,6 +64,12 @@ impl Drawing {
         pixels
     }
 
+    /// Draws it, as wide as `onto` is, and as high.
+    pub fn draw(&self, onto: &mut Pixmap) {
+        let scale = onto.width() as f32 / self.0.size().width();
+        resvg::render(&self.0, Transform::from_scale(scale, scale), &mut onto.as_mut());
+    }
+
     /// The whole drawing, `side` pixels wide: its straight colours, row by row.
     pub fn colors(&self, side: u32) -> Vec<[u8; 4]> {
         self.rows(side, 0..side).into_iter().map(u32::to_le_bytes).collect()

@@ -11,6 +11,8 @@ pub(super) struct CellView<'a> {
     candidates: Cow<'a, Candidates>,
     /// As the candidates have them: p_ji of pairs, or how much nearer each is than the first.
     cuts: Vec<Cut<f64>>,
+    /// No less than the cuts' gradients.
+    steepest: Vec<f64>,
 }
 
 /// A region, and how much of a pixel it covers.
@@ -44,14 +46,16 @@ impl<'a> CellView<'a> {
         if candidates.by_pairs {
             let count = candidates.nodes.len();
             let cuts = (0..count * (count - 1) / 2).map(|k| Cut(about(k).0)).collect();
-            return Ok(CellView { candidates: Cow::Borrowed(candidates), cuts });
+            let steepest = Vec::new();
+            return Ok(CellView { candidates: Cow::Borrowed(candidates), cuts, steepest });
         }
         let (seen, cuts) = candidates.seen(about, reach);
         match seen.only_region() {
             Some(region) => Err(region),
             None => {
+                let steepest = cuts.iter().map(|cut| cut.steepest(reach)).collect();
                 let cuts = cuts.iter().map(|cut| Cut(cut.0)).collect();
-                Ok(CellView { candidates: Cow::Owned(seen), cuts })
+                Ok(CellView { candidates: Cow::Owned(seen), cuts, steepest })
             }
         }
     }
@@ -65,7 +69,8 @@ impl<'a> CellView<'a> {
     /// What covers a pixel `x` to the right of the middle, by shares.
     pub fn shares(&self, rows: &[Row<f64>], x: f64, antialias: bool) -> [Share; 3] {
         let Candidates { regions, neighbours, by_pairs, .. } = self.candidates.as_ref();
-        let winner = if *by_pairs { self.deepest(rows, x) } else { nearest(rows, x) };
+        let mut values = [0.0; MAX_CANDIDATES];
+        let winner = if *by_pairs { self.deepest(rows, x) } else { nearest(rows, x, &mut values) };
         let region = regions[winner];
         let own = [(region, 1.0), (region, 0.0), (region, 0.0)];
         if !antialias {
@@ -73,6 +78,11 @@ impl<'a> CellView<'a> {
         }
         let mut sides = [None, None];
         for other in (0..regions.len()).filter(|&other| neighbours[winner] >> other & 1 == 1) {
+            // Most are too far away, whatever the gradient is.
+            let apart = values[winner] - values[other];
+            if !by_pairs && apart > f64::from(REACH) * self.steepest(winner, other) {
+                continue;
+            }
             let linear = self.between(rows, x, winner, other);
             let steepness = (linear[1] * linear[1] + linear[2] * linear[2]).sqrt();
             let distance = linear[0].max(0.0) / steepness;
@@ -107,6 +117,12 @@ impl<'a> CellView<'a> {
         std::array::from_fn(|n| i[n] - j[n])
     }
 
+    /// No less than the gradient of what is between two candidates.
+    fn steepest(&self, i: usize, j: usize) -> f64 {
+        let of = |i: usize| if i == 0 { 0.0 } else { self.steepest[i - 1] };
+        of(i) + of(j)
+    }
+
     fn deepest(&self, rows: &[Row<f64>], x: f64) -> usize {
         let count = self.candidates.nodes.len();
         let mut depth = [f64::INFINITY; MAX_CANDIDATES];
@@ -126,15 +142,16 @@ impl<'a> CellView<'a> {
     }
 }
 
-fn nearest(rows: &[Row<f64>], x: f64) -> usize {
-    let mut best = (0, 0.0);
-    for (i, row) in (1..).zip(rows) {
-        let ahead = row.value(x);
-        if ahead > best.1 {
-            best = (i, ahead);
+/// The candidate that is nearest, and by how much each is nearer than the first.
+fn nearest(rows: &[Row<f64>], x: f64, ahead: &mut [f64; MAX_CANDIDATES]) -> usize {
+    let mut best = 0;
+    for (i, row) in (1..MAX_CANDIDATES).zip(rows) {
+        ahead[i] = row.value(x);
+        if ahead[i] > ahead[best] {
+            best = i;
         }
     }
-    best.0
+    best
 }
 
 /// The side of a boundary that a place is not on.
