@@ -3,6 +3,7 @@
 
 use crate::container::{self, Found, Index, LEVEL_STEP_LOG2, Opened, Payload, TileAt};
 use crate::error::{Error, Result};
+use crate::grid::Point;
 use crate::limits::Limits;
 use crate::model::{Image, RegionId};
 use crate::placement::Placement;
@@ -156,11 +157,19 @@ impl Tile {
     pub fn pick(&self, camera: &Camera, x: f64, y: f64) -> Option<u32> {
         // The pixel's middle: what decides its colour.
         let screen = [x, y].map(|along| along.floor() + 0.5);
-        let mut point = camera.0.to_source(screen);
-        (0..2).for_each(|axis| point.whole[axis] -= i64::from(self.placement.origin[axis]));
-        let own = point.coarser(self.placement.step_log2);
-        let region = raster::region_at(&self.model, &own)?;
+        let region = raster::region_at(&self.model, &self.own(camera.0.to_source(screen)))?;
         self.regions.get(region as usize).copied()
+    }
+
+    /// The regions within an outline: device pixels of the camera's viewport, x and y in turn.
+    #[wasm_bindgen(js_name = regionsWithin)]
+    pub fn regions_within(&self, camera: &Camera, outline: &[f64]) -> Vec<u32> {
+        let corners: Vec<Point<2>> = outline
+            .chunks_exact(2)
+            .map(|at| self.own(camera.0.to_source([at[0], at[1]])))
+            .collect();
+        let own = raster::regions_within(&self.model, &corners);
+        own.into_iter().filter_map(|region| self.regions.get(region as usize).copied()).collect()
     }
 
     /// A region's colour as 0xRRGGBBAA, straight; none for one that the tile does not show.
@@ -168,5 +177,13 @@ impl Tile {
     pub fn region_color(&self, id: u32) -> Option<u32> {
         let own = self.regions.binary_search(&id).ok()?;
         Some(u32::from_be_bytes(self.model.regions[own].color))
+    }
+}
+
+impl Tile {
+    /// A place of the picture in the tile's own pixels.
+    fn own(&self, mut point: Point<2>) -> Point<2> {
+        (0..2).for_each(|axis| point.whole[axis] -= i64::from(self.placement.origin[axis]));
+        point.coarser(self.placement.step_log2)
     }
 }

@@ -3,9 +3,11 @@
 mod fast;
 mod reference;
 mod seams;
+mod within;
 
 pub use fast::Painter;
 pub use reference::{Across, Decoded, decode_at, region_at, render_row, render_scene_row};
 pub use seams::seams;
 #[cfg(feature = "encode")]
 pub(crate) use seams::seams_from;
+pub use within::regions_within;

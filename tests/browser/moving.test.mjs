@@ -169,6 +169,25 @@ test('hover names the region, and a click reports it', async () => {
   await readout.waitFor({ state: 'hidden' });
 });
 
+test('a box and a lasso tell the regions within', async () => {
+  const found = await page.evaluate(() => {
+    const viewer = document.querySelector('istar-viewer');
+    const within = (...outline) => viewer.regionsWithin(outline);
+    const around = within([235, 175], [245, 175], [245, 185], [235, 185]);
+    return {
+      picked: viewer.pick(240, 180),
+      around,
+      all: within([0, 0], [480, 0], [480, 360], [0, 360]).length,
+      above: within([0, 0], [480, 0], [480, 5], [0, 5]),
+      nothing: within([1, 1], [2, Number.NaN]),
+    };
+  });
+  assert.ok(found.around.includes(found.picked));
+  assert.deepEqual(found.around, [...found.around].sort((a, b) => a - b));
+  assert.ok(found.all > 1000, `${found.all} of the map's 2,610`);
+  assert.deepEqual([found.above, found.nothing], [[], []]);
+});
+
 test('the region under a resting pointer follows the view', async () => {
   await harness.zoomTo(page, 100, 2000, 8);
   await page.mouse.move(240, 180);

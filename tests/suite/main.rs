@@ -25,3 +25,4 @@ mod shaders;
 mod sizes;
 mod tiled;
 mod views;
+mod within;

@@ -109,6 +109,14 @@ export class IStarViewer extends Base {
     return this.#view.pick(clientX, clientY);
   }
 
+  /**
+   * The regions within an outline, a box or a lasso: places of the browser's window, closed by itself. In ascending order; those
+   * of tiles that are not there yet are missing.
+   */
+  regionsWithin(outline: Iterable<readonly [clientX: number, clientY: number]>): number[] {
+    return this.#view.regionsWithin(outline);
+  }
+
   /** The current view as a PNG. */
   async toBlob(): Promise<Blob> {
     await this.painted;

@@ -165,6 +165,19 @@ export class View {
     return undefined;
   }
 
+  /** The regions within an outline of places of the browser's window, as far as their tiles are there; in ascending order. */
+  regionsWithin(outline: Iterable<readonly [clientX: number, clientY: number]>): number[] {
+    if (!this.#shown) return [];
+    const { drawn, camera } = this.#shown;
+    const box = this.canvas.getBoundingClientRect();
+    const ratio = this.#ratio;
+    const places = Float64Array.from(
+      [...outline].flatMap(([x, y]) => [(x - box.left) * ratio, (y - box.top) * ratio]),
+    );
+    const found = new Set(drawn.flatMap(({ tile }) => [...tile.regionsWithin(camera, places)]));
+    return [...found].sort((a, b) => a - b);
+  }
+
   redraw(): void {
     if (this.#frame === 0 && this.#shown) this.#frame = requestAnimationFrame(() => this.#draw());
   }
