@@ -137,7 +137,8 @@ impl Placement {
             view.last[axis] = (self.size[axis].max(1) - 1) >> self.step_log2;
             let whole = (i64::from(view.last[axis]) + 1) << self.step_log2;
             view.rim[axis] = low.clamp(-FAR, FAR);
-            view.rim[axis + 2] = on_screen(from + whole).clamp(view.rim[axis], FAR);
+            // With a bound that is no constant, `clamp` would bring all that writes numbers to the web.
+            view.rim[axis + 2] = on_screen(from + whole).min(FAR).max(view.rim[axis]);
             let whole = center.whole[axis] - from;
             view.center.whole[axis] = whole >> self.step_log2;
             let within = whole & ((1 << self.step_log2) - 1);

@@ -12,7 +12,7 @@ const PLACES: f64 = 64.0;
 ///
 /// The places are the middles of pixels, or closer together in an outline of less than 64. Points
 /// that are not finite are left out; of fewer than three nothing is enclosed. In time linear in the
-/// pixels that are enclosed, and in rows times points.
+/// pixels of the box around the outline, and in rows times points.
 pub fn regions_within(model: &Image, outline: &[Point<2>]) -> Vec<RegionId> {
     let finite = |point: &&Point<2>| point.frac.iter().all(|along| along.is_finite());
     let mut points = outline.iter().filter(finite);
@@ -38,24 +38,30 @@ pub fn regions_within(model: &Image, outline: &[Point<2>]) -> Vec<RegionId> {
     let step = (longest / PLACES).min(1.0);
     let axes = [0, 1].map(|axis| Steps::new(anchor, axis, step, model.size[axis]));
     let mut found = vec![false; model.regions.len()];
-    let mut crossings = Vec::new();
+    let columns = axes[0].between(low[0], high[0]);
+    // Where the outline is crossed on the way along a row. No sorting: it would be much of the viewer.
+    let mut crossed = vec![false; (columns.end - columns.start) as usize + 1];
     for row in axes[1].between(low[1], high[1]) {
         let y = axes[1].at(row);
-        crossings.clear();
         let ends = corners.iter().zip(corners.iter().cycle().skip(1));
         for ([x0, y0], [x1, y1]) in ends {
             if (*y0 <= y) != (*y1 <= y) {
-                crossings.push(x0 + (x1 - x0) * ((y - y0) / (y1 - y0)));
+                let x = x0 + (x1 - x0) * ((y - y0) / (y1 - y0));
+                let index = axes[0].index(x).clamp(columns.start, columns.end);
+                crossed[(index - columns.start) as usize] ^= true;
             }
         }
-        crossings.sort_by(f64::total_cmp);
-        for pair in crossings.chunks_exact(2) {
-            for column in axes[0].between(pair[0], pair[1]) {
-                let place = anchor.offset([axes[0].at(column), y]);
-                if let Some(region) = region_at(model, &place) {
-                    found[region as usize] = true;
-                }
+        let mut inside = false;
+        for (column, crossed) in columns.clone().zip(&mut crossed) {
+            inside ^= std::mem::take(crossed);
+            if inside
+                && let Some(region) = region_at(model, &anchor.offset([axes[0].at(column), y]))
+            {
+                found[region as usize] = true;
             }
+        }
+        if let Some(last) = crossed.last_mut() {
+            *last = false;
         }
     }
     (0..).zip(found).filter(|&(_, found)| found).map(|(region, _)| region).collect()
@@ -81,10 +87,14 @@ impl Steps {
         self.first + self.step * index as f64
     }
 
+    /// The first step that is not before a place.
+    fn index(&self, along: f64) -> i64 {
+        ((along - self.first) / self.step).ceil() as i64
+    }
+
     /// The steps from one place to another that are in the picture.
     fn between(&self, from: f64, to: f64) -> std::ops::Range<i64> {
         let [from, to] = [from.max(self.picture[0]), to.min(self.picture[1])];
-        let index = |along: f64| ((along - self.first) / self.step).ceil() as i64;
-        if from < to { index(from)..index(to) } else { 0..0 }
+        if from < to { self.index(from)..self.index(to) } else { 0..0 }
     }
 }

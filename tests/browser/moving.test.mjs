@@ -183,7 +183,10 @@ test('a box and a lasso tell the regions within', async () => {
     };
   });
   assert.ok(found.around.includes(found.picked));
-  assert.deepEqual(found.around, [...found.around].sort((a, b) => a - b));
+  assert.deepEqual(
+    found.around,
+    [...found.around].sort((a, b) => a - b),
+  );
   assert.ok(found.all > 1000, `${found.all} of the map's 2,610`);
   assert.deepEqual([found.above, found.nothing], [[], []]);
 });

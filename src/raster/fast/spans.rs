@@ -32,7 +32,7 @@ impl Axis {
             let (whole, fraction) = view.place_along(axis, middle);
             found.scene.push(whole as u32);
             found.fraction.push(fraction);
-            found.screen.push(middle.clamp(view.rim[axis], view.rim[axis + 2]) as f32);
+            found.screen.push(middle.max(view.rim[axis]).min(view.rim[axis + 2]) as f32);
         }
         found
     }
