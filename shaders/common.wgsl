@@ -36,7 +36,7 @@ const STRAIGHT = 2u;
 const CLOSE = 4u;
 
 const MAX_CANDIDATES = 16u;
-const MAX_SAMPLES = 4u;
+const MAX_SAMPLES = 16u;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(1) @binding(0) var blocks: texture_2d<u32>;

@@ -41,13 +41,20 @@ pub(crate) struct SceneView {
 const FAR: f64 = 1e9;
 
 /// Sub-samples an axis at most, where a screen pixel covers several pixels of the scene.
-pub const MAX_SAMPLES: u32 = 4;
+pub const MAX_SAMPLES: u32 = 16;
+/// As many as there are pixels of the scene up to here; beyond, one for several of them.
+const DENSE: u32 = 4;
+/// Pixels of the scene between two of those: an eye sees no difference yet, and a picture costs no more
+/// samples than a sixth of its pixels, however small it is shown.
+const SPARSE: f64 = 2.5;
 
 impl SceneView {
     /// Sub-samples along each axis of a screen pixel: 1, or more where it covers several pixels of the
     /// scene, since one place cannot stand for them.
     pub fn samples(&self) -> u32 {
-        ((1.0 / self.scale).ceil() as u32).clamp(1, MAX_SAMPLES)
+        let covered = 1.0 / self.scale;
+        let [dense, sparse] = [covered, covered / SPARSE].map(|along| along.ceil() as u32);
+        dense.min(DENSE).max(sparse).clamp(1, MAX_SAMPLES)
     }
 
     /// The scene's place under a place on the screen; the nearest that it has, beyond its rim.

@@ -18,6 +18,7 @@ mod hidden;
 mod lossless;
 mod lossy;
 mod lost;
+mod oracle;
 mod painter;
 mod planes;
 mod portable;

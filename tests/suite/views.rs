@@ -4,7 +4,7 @@ use istar::grid::Point;
 use istar::{Camera, Image, raster};
 
 pub const VIEWPORT: [u32; 2] = [80, 60];
-const SCALES: [f64; 9] = [0.1, 0.5, 1.0, 3.0, 30.0, 1000.0, 1e6, 1e9, 1e12];
+const SCALES: [f64; 10] = [0.02, 0.1, 0.5, 1.0, 3.0, 30.0, 1000.0, 1e6, 1e9, 1e12];
 
 /// What the reference draws.
 pub fn reference(image: &Image, camera: &Camera, antialias: bool) -> Vec<[u8; 4]> {
@@ -17,7 +17,7 @@ pub fn reference(image: &Image, camera: &Camera, antialias: bool) -> Vec<[u8; 4]
 }
 
 /// A place on a boundary between regions, if there is one: from close by, elsewhere is one colour.
-fn on_a_boundary(image: &Image) -> Option<[f64; 2]> {
+pub fn on_a_boundary(image: &Image) -> Option<[f64; 2]> {
     let region = |x: f64, y: f64| raster::region_at(image, &Point::new([x, y]));
     let [width, height] = image.size.map(f64::from);
     for step in 1..40 {

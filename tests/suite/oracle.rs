@@ -1,0 +1,152 @@
+//! What is drawn against the oracle: the regions at 16 × 16 places of each pixel.
+
+use crate::fixtures;
+use crate::views::{on_a_boundary, reference};
+use istar::grid::Point;
+use istar::raster::{self, Painter};
+use istar::{Camera, Image};
+use std::collections::BTreeSet;
+
+const VIEWPORT: [u32; 2] = [32, 24];
+const SAMPLES: u32 = 16;
+
+const SCALES: [f64; 11] = [0.02, 0.1, 0.5, 1.0, 3.0, 10.0, 1e2, 1e4, 1e6, 1e9, 1e12];
+const LEAST_PSNR: f64 = 42.0;
+const MOST: f64 = 1.0 / 3.0;
+
+/// What a pixel should show, premultiplied.
+struct Oracle {
+    mean: [f64; 4],
+    /// The greatest difference of a channel among the samples of the pixel and its neighbours.
+    contrast: f64,
+    regions: usize,
+}
+
+fn supersampled(image: &Image, camera: &Camera) -> Vec<Oracle> {
+    let [width, height] = VIEWPORT;
+    let mut found = Vec::new();
+    let mut ranges = Vec::new();
+    for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+        let mut sum = [0.0; 4];
+        let (mut low, mut high) = ([255.0f64; 4], [0.0f64; 4]);
+        let mut regions = BTreeSet::new();
+        for sample in 0..SAMPLES * SAMPLES {
+            let within = [sample % SAMPLES, sample / SAMPLES];
+            let place = [0, 1]
+                .map(|a| f64::from([x, y][a]) + (f64::from(within[a]) + 0.5) / f64::from(SAMPLES));
+            let region = raster::region_at(image, &camera.to_source(place));
+            regions.insert(region);
+            let color = region.map_or([0; 4], |region| image.regions[region as usize].color);
+            for (channel, value) in premultiplied(color).into_iter().enumerate() {
+                sum[channel] += value;
+                low[channel] = low[channel].min(value);
+                high[channel] = high[channel].max(value);
+            }
+        }
+        let mean = sum.map(|sum| sum / f64::from(SAMPLES * SAMPLES));
+        found.push(Oracle { mean, contrast: 0.0, regions: regions.len() });
+        ranges.push([low, high]);
+    }
+    let [width, height] = VIEWPORT.map(|n| n as usize);
+    for (i, pixel) in found.iter_mut().enumerate() {
+        let near = |along: usize, size: usize| along.saturating_sub(1)..(along + 2).min(size);
+        let columns = near(i % width, width);
+        let around: Vec<&[[f64; 4]; 2]> = near(i / width, height)
+            .flat_map(|y| &ranges[y * width + columns.start..y * width + columns.end])
+            .collect();
+        let range = |channel: usize| {
+            let low = around.iter().map(|range| range[0][channel]).fold(255.0, f64::min);
+            around.iter().map(|range| range[1][channel]).fold(0.0, f64::max) - low
+        };
+        pixel.contrast = (0..4).map(range).fold(0.0, f64::max);
+    }
+    found
+}
+
+#[test]
+fn at_every_scale_it_is_the_mean_of_many_samples() {
+    let real = |name: &str| name.contains("map") || name.contains("emblem");
+    for (name, image) in fixtures::pictures().iter().filter(|(name, _)| real(name)) {
+        let boundary = on_a_boundary(image).expect("a boundary");
+        // Where strokes part everything there is none.
+        let junction = junction(image).unwrap_or(boundary);
+        for scale in SCALES {
+            for (what, at) in [("boundary", boundary), ("junction", junction)] {
+                let mut camera = Camera::new(image.size, VIEWPORT);
+                camera.look_at(Point::new(at), scale);
+                let oracle = supersampled(image, &camera);
+                let mut pixels = vec![[0; 4]; (VIEWPORT[0] * VIEWPORT[1]) as usize];
+                Painter::new(image).draw(&camera, 0, true, &mut pixels);
+                for (who, drawn) in
+                    [("reference", reference(image, &camera, true)), ("painter", pixels)]
+                {
+                    let (psnr, worst) = errors(&oracle, &drawn);
+                    let view = format!("{name}, {what} at {scale}, {who}");
+                    assert!(psnr >= LEAST_PSNR, "{view}: {psnr} dB");
+                    assert!(worst <= MOST, "{view}: {worst} of the contrast");
+                }
+            }
+        }
+    }
+}
+
+/// The PSNR of all pixels, and the most that a channel is off, as a part of the contrast around. Three
+/// regions are blended: pixels that show more of them are only in the PSNR.
+fn errors(oracle: &[Oracle], drawn: &[[u8; 4]]) -> (f64, f64) {
+    let (mut sum, mut worst) = (0.0, 0.0f64);
+    for (pixel, drawn) in oracle.iter().zip(drawn) {
+        let drawn = premultiplied(*drawn);
+        let off = [0, 1, 2, 3].map(|i| (pixel.mean[i] - drawn[i]).abs());
+        sum += off.iter().map(|off| off * off).sum::<f64>();
+        // Half a level is what a byte is rounded by.
+        let most = off.into_iter().fold(0.0, f64::max) - 0.5;
+        if most > 0.0 && pixel.regions <= 3 {
+            if most / pixel.contrast > worst && pixel.contrast < 5.0 { println!("most {most} contrast {}", pixel.contrast); }
+            worst = worst.max(most / pixel.contrast);
+        }
+    }
+    (10.0 * (255.0f64.powi(2) * 4.0 * oracle.len() as f64 / sum).log10(), worst)
+}
+
+fn premultiplied(color: [u8; 4]) -> [f64; 4] {
+    let [r, g, b, a] = color.map(f64::from);
+    [r * a / 255.0, g * a / 255.0, b * a / 255.0, a]
+}
+
+/// A place where three regions meet, to f64's last digit but a few.
+fn junction(image: &Image) -> Option<[f64; 2]> {
+    let region = |x: f64, y: f64| raster::region_at(image, &Point::new([x, y]));
+    let count = |x: f64, y: f64, size: f64| {
+        let mut regions: Vec<_> = (0..9)
+            .map(|i| region(x + size * f64::from(i % 3) / 2.0, y + size * f64::from(i / 3) / 2.0))
+            .collect();
+        regions.sort_unstable();
+        regions.dedup();
+        regions.len()
+    };
+    let [width, height] = image.size.map(|n| n - 8);
+    for y in (8..height).step_by(3) {
+        for x in (8..width).step_by(3) {
+            let (mut at, mut size) = ([f64::from(x), f64::from(y)], 4.0);
+            if count(at[0], at[1], size) < 3 {
+                continue;
+            }
+            while size > 1e-12 {
+                let half = 0.5 * size;
+                let found = (0..9).find_map(|i| {
+                    let to = [
+                        at[0] + 0.5 * half * f64::from(i % 3),
+                        at[1] + 0.5 * half * f64::from(i / 3),
+                    ];
+                    (count(to[0], to[1], half) >= 3).then_some(to)
+                });
+                let Some(to) = found else { break };
+                (at, size) = (to, half);
+            }
+            if size < 1e-9 {
+                return Some([at[0] + 0.5 * size, at[1] + 0.5 * size]);
+            }
+        }
+    }
+    None
+}
