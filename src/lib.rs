@@ -59,6 +59,8 @@ mod pyramid;
 #[cfg(feature = "encode")]
 mod sizes;
 #[cfg(feature = "encode")]
+mod stream;
+#[cfg(feature = "encode")]
 mod target;
 mod texels;
 
@@ -98,5 +100,7 @@ pub use open::{encode_lossless, open, open_exact};
 pub use placement::Placement;
 #[cfg(feature = "encode")]
 pub use pyramid::{encode_pyramid, suitable_tile_log2};
+#[cfg(feature = "encode")]
+pub use stream::{Shard, StreamOptions, Streamed, encode_rows};
 #[cfg(feature = "encode")]
 pub use target::{Chosen, Target, encode_to};
