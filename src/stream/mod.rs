@@ -168,7 +168,9 @@ pub fn encode_rows(
             }
             let nodes = &nodes[usize::from(row.level)];
             for (tile, bytes) in tiles::draw(&layout, row, nodes, &color)? {
-                spool.write_all(&bytes).map_err(|error| Error::Io(error.to_string()))?;
+                spool
+                    .write_all(&bytes)
+                    .map_err(|error| Error::Io(format!("cannot write tiles: {error}")))?;
                 writer.add(tile, &bytes)?;
             }
             Ok(())

@@ -18,11 +18,14 @@ fn picture(size: [u32; 2], seed: u32) -> Source<2> {
             let far = (fx - 0.55 * f64::from(size[0])).hypot(fy - 0.4 * f64::from(size[1]));
             let bent = fx + 9.0 * (fy / 13.0 + f64::from(seed)).sin();
             let blot = (bent % 37.0 - 18.0).hypot(fy % 29.0 - 14.0) < 8.0;
-            match (x / 50 + y / 40) % 11 {
-                _ if (far - 0.3 * f64::from(size[0])).abs() < 6.0 => 1,
-                3 => noise >> 30,
-                _ if blot => 2 + x / 37 % 5,
-                _ => 8 + (bent / 37.0) as u32 % 3,
+            if (far - 0.3 * f64::from(size[0])).abs() < 6.0 {
+                1
+            } else if (x / 25 + y / 20) % 83 == 3 {
+                noise >> 30
+            } else if blot {
+                2 + x / 37 % 5
+            } else {
+                8 + (bent / 37.0) as u32 % 3
             }
         })
         .collect();
