@@ -41,6 +41,9 @@ const TILES: RangeInclusive<u8> = 6..=12;
 /// The widest picture, as log₂: a row of it is there several times.
 const WIDEST: u8 = 26;
 
+/// What is kept of each tile until all are written.
+const BYTES_PER_TILE: u64 = 64;
+
 /// What the caller of [`encode_rows`] may choose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StreamOptions {
@@ -122,6 +125,16 @@ pub fn encode_rows(
     }
     let (size, has_colors) = (source.size(), source.has_colors());
     let layout = Layout::pyramid(size, (Kernel::Quadratic, *gamma), direct::BLOCK_LOG2, *tile_log2);
+    let tiles: u64 = (0..layout.levels)
+        .map(|level| layout.tile_grid(level).map(u64::from))
+        .map(|[across, down]| across * down)
+        .sum();
+    if tiles * BYTES_PER_TILE > limits.memory {
+        return Err(Error::Limit(format!(
+            "the picture has {tiles} tiles and the limit is {}: take wider ones",
+            limits.memory / BYTES_PER_TILE
+        )));
+    }
     let mut writer = TiledWriter::new(layout)?;
     let layout = writer.layout().clone();
     if size[0] > 1 << WIDEST {

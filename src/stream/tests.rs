@@ -8,7 +8,7 @@ use crate::raster;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Wavy columns with blots in them, noise here and there, and a large disc over all.
+/// Wavy columns with blots in them, noise here and there, a large ring over all, and arches below.
 fn picture(size: [u32; 2], seed: u32) -> Source<2> {
     let mut noise = seed;
     let labels = crate::grid::places(size)
@@ -18,7 +18,12 @@ fn picture(size: [u32; 2], seed: u32) -> Source<2> {
             let far = (fx - 0.55 * f64::from(size[0])).hypot(fy - 0.4 * f64::from(size[1]));
             let bent = fx + 9.0 * (fy / 13.0 + f64::from(seed)).sin();
             let blot = (bent % 37.0 - 18.0).hypot(fy % 29.0 - 14.0) < 8.0;
-            if (far - 0.3 * f64::from(size[0])).abs() < 6.0 {
+            // Arches of which the tops are runs of many lengths.
+            let arch =
+                (f64::from(x % 131) - 65.0).powi(2) / 1150.0 + 0.13 * f64::from(x / 131 + y / 9);
+            if 3 * y > 2 * size[1] {
+                20 + ((fy + arch) / 9.0) as u32 % 2
+            } else if (far - 0.3 * f64::from(size[0])).abs() < 6.0 {
                 1
             } else if (x / 25 + y / 20) % 83 == 3 {
                 noise >> 30
@@ -258,6 +263,23 @@ fn what_fails_is_told() {
     }
     let failed = encode_rows(&mut source.rows(), &options(6), &mut Full, |_, _| ());
     assert!(matches!(failed, Err(Error::Io(_))));
+    // So many tiles that their directory would take too much.
+    struct Endless;
+    impl RowSource for Endless {
+        fn size(&self) -> [u32; 2] {
+            [1 << 26, 1 << 30]
+        }
+        fn has_colors(&self) -> bool {
+            false
+        }
+        fn rewind(&mut self) -> Result<()> {
+            Ok(())
+        }
+        fn read(&mut self, _: &mut [u32]) -> Result<()> {
+            panic!("nothing is read");
+        }
+    }
+    assert!(matches!(streamed(&mut Endless, &options(10)), Err(Error::Limit(_))));
     for wrong in [5, 13, 30, 255] {
         let refused = streamed(&mut source.rows(), &options(wrong));
         assert!(matches!(refused, Err(Error::Usage(_))));
