@@ -279,7 +279,7 @@ mod tests {
                 let squares = grid::pieces(size, log2);
                 assert_eq!(found.len(), grid::count(squares));
                 for (place, &region) in grid::places(squares).zip(&found) {
-                    let mut shares = vec![(0, 0u64); 8];
+                    let mut shares = [(0, 0u64); 8];
                     for (index, &label) in labels.iter().enumerate() {
                         if grid::place(size, index).map(|along| along >> log2) == place {
                             shares[label as usize].1 += 1;

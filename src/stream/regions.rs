@@ -4,7 +4,7 @@
 //! first that it touches. So each reading finds the same pieces, knowing one row at a time, and the first
 //! reading finds out which of them are one region.
 
-use super::runs::{Reader, Row, Run};
+use super::runs::{Reader, Row, Run, changed};
 use crate::error::{Error, Result};
 use crate::labels::{Connectivity, RowSource, join, join_rows};
 use crate::limits::Limits;
@@ -25,6 +25,7 @@ pub struct Numbering {
     pub classes: Vec<u32>,
     /// What tells the picture's rows from others.
     hash: u64,
+    size: [u32; 2],
 }
 
 impl Numbering {
@@ -40,7 +41,8 @@ impl Numbering {
         mut progress: impl FnMut(u32),
     ) -> Result<Self> {
         const ROWS: u32 = 256;
-        let mut reader = Reader::new(source)?;
+        let size = source.size();
+        let mut reader = Reader::new(source, size)?;
         let mut tracer = Tracer::new(connectivity);
         let (mut parents, mut classes): (Vec<Piece>, Vec<u32>) = (Vec::new(), Vec::new());
         loop {
@@ -88,12 +90,15 @@ impl Numbering {
                 limits.regions
             )));
         }
-        Ok(Numbering { connectivity, regions: parents, classes, hash: reader.hash() })
+        Ok(Numbering { connectivity, regions: parents, classes, hash: reader.hash(), size })
     }
 
     /// Reads the picture again.
+    ///
+    /// # Errors
+    /// Those of the source; [`Error::Usage`] where it has another size than before.
     pub fn rows<'a>(&'a self, source: &'a mut dyn RowSource) -> Result<Numbered<'a>> {
-        let (reader, tracer) = (Reader::new(source)?, Tracer::new(self.connectivity));
+        let (reader, tracer) = (Reader::new(source, self.size)?, Tracer::new(self.connectivity));
         Ok(Numbered { numbering: self, reader, tracer })
     }
 }
@@ -111,17 +116,16 @@ impl Numbered<'_> {
     /// # Errors
     /// Those of the source; [`Error::Usage`] where its rows are not those that it had before.
     pub fn next(&mut self, most: u32) -> Result<Vec<Row>> {
-        let other = || Error::Usage("the picture changed while it was read: begin again".into());
         let mut rows = self.reader.next(most)?;
         let is_end = rows.is_empty();
         if is_end && self.reader.hash() != self.numbering.hash {
-            return Err(other());
+            return Err(changed());
         }
         let Numbering { regions, .. } = self.numbering;
         for row in &mut rows {
             let pieces = self.tracer.row(row, |_, _| ());
             for (run, &piece) in row.iter_mut().zip(pieces) {
-                run.value = *regions.get(piece as usize).ok_or_else(other)?;
+                run.value = *regions.get(piece as usize).ok_or_else(changed)?;
             }
         }
         Ok(rows)
@@ -230,6 +234,8 @@ mod tests {
             let refused = read.next(3).and_then(|_| read.next(3));
             assert!(matches!(refused, Err(Error::Usage(_))), "{refused:?}");
         }
+        let wider = Source::from_labels([3, 2], vec![1, 2, 1, 2, 1, 2], &limits).unwrap();
+        assert!(matches!(numbering.rows(&mut wider.rows()).map(|_| ()), Err(Error::Usage(_))));
     }
 
     #[test]

@@ -57,10 +57,13 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Before the first row.
-    pub fn new(source: &'a mut dyn RowSource) -> Result<Self> {
+    /// Before the first row of a source that should have this size.
+    pub fn new(source: &'a mut dyn RowSource, size: [u32; 2]) -> Result<Self> {
         source.rewind()?;
-        let (size, has_colors) = (source.size(), source.has_colors());
+        if source.size() != size {
+            return Err(changed());
+        }
+        let has_colors = source.has_colors();
         let (buffer, hasher) = (Vec::new(), FxHasher::default());
         Ok(Reader { source, size, has_colors, read: 0, buffer, hasher })
     }
@@ -104,6 +107,11 @@ impl<'a> Reader<'a> {
     pub fn count(&self) -> u32 {
         self.read
     }
+}
+
+/// What to say of a source that is not what it was.
+pub fn changed() -> Error {
+    Error::Usage("the picture changed while it was read: begin again".into())
 }
 
 /// The runs of a row of pixels.
