@@ -105,6 +105,17 @@ pub struct Streamed {
 /// are written to the `spool`, end to end. `progress` is told what is done and how many rows of the picture
 /// it is done for.
 ///
+/// ```
+/// # use istar::{Limits, StreamOptions, encode_rows, labels::Source};
+/// let source = Source::from_labels([3, 2], vec![1, 1, 2, 1, 2, 2], &Limits::default())?;
+/// let mut spool = Vec::new();
+/// let options = StreamOptions::default();
+/// let streamed = encode_rows(&mut source.rows(), &options, &mut spool, |_, _| ())?;
+/// let file = streamed.assembly.from_memory(&spool)?;
+/// assert_eq!(istar::open(&file, &Limits::default())?.size, [3, 2]);
+/// # Ok::<(), istar::Error>(())
+/// ```
+///
 /// # Errors
 /// Those of the source, and [`Error::Io`] of the spool. [`Error::Usage`] for tiles of another width, a shard
 /// that would be empty, or a picture that changes while it is read; [`Error::Limit`] for one that is too wide, or
