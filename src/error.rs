@@ -21,6 +21,8 @@ pub enum Error {
     Limit(String),
     /// The call's own arguments do not fit: change the call.
     Usage(String),
+    /// Reading or writing failed: see to what the system says.
+    Io(String),
     /// The GPU, or the way to it, is missing or gave up: take another back end.
     Gpu(String),
 }
@@ -29,13 +31,14 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// One word for programs: `malformed`, `unsupported`, `limit`, `usage` or `gpu`.
+    /// One word for programs: `malformed`, `unsupported`, `limit`, `usage`, `io` or `gpu`.
     pub fn kind(&self) -> &'static str {
         match self {
             Error::Malformed { .. } => "malformed",
             Error::Unsupported(_) => "unsupported",
             Error::Limit(_) => "limit",
             Error::Usage(_) => "usage",
+            Error::Io(_) => "io",
             Error::Gpu(_) => "gpu",
         }
     }
@@ -52,6 +55,7 @@ impl fmt::Display for Error {
             Error::Unsupported(what)
             | Error::Limit(what)
             | Error::Usage(what)
+            | Error::Io(what)
             | Error::Gpu(what) => f.write_str(what),
         }
     }

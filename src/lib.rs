@@ -14,7 +14,7 @@
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
 //! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
 //! `container`, which [`open`] and [`encode_pyramid`] join with the encoder; `direct` makes a model of labels
-//! without a fit, for [`open`].
+//! without a fit, for [`open`] and for `stream`, which reads pictures of any size row by row: [`encode_rows`].
 //!
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 
@@ -58,6 +58,8 @@ mod pyramid;
 #[cfg(feature = "encode")]
 mod sizes;
 #[cfg(feature = "encode")]
+mod stream;
+#[cfg(feature = "encode")]
 mod target;
 mod texels;
 
@@ -97,5 +99,7 @@ pub use open::{encode_lossless, open, open_exact};
 pub use placement::Placement;
 #[cfg(feature = "encode")]
 pub use pyramid::{encode_pyramid, suitable_tile_log2};
+#[cfg(feature = "encode")]
+pub use stream::{Shard, StreamOptions, Streamed, encode_rows};
 #[cfg(feature = "encode")]
 pub use target::{Chosen, Target, encode_to};

@@ -28,9 +28,6 @@ pub fn open(bytes: &[u8], limits: &Limits) -> Result<Image> {
     Ok(drawn(container::read_areas(bytes, limits)?))
 }
 
-/// log₂ of the width of a block where every pixel at a boundary has its texel: as little as pays.
-const BLOCK_LOG2: u8 = 4;
-
 /// The model straight from areas.
 fn drawn(areas: Labels) -> Image {
     let Labels { size, gamma, palette, labels, .. } = areas;
@@ -39,7 +36,7 @@ fn drawn(areas: Labels) -> Image {
         Palette::Labels(names) => names.into_iter().map(label_color).collect(),
     };
     let regions = colors.into_iter().map(|color| Region { color }).collect();
-    direct::model(direct::Areas { size, labels: &labels, regions }, gamma, BLOCK_LOG2)
+    direct::model(direct::Areas { size, labels: &labels, regions }, gamma, direct::BLOCK_LOG2)
 }
 
 /// The model with texels fitted to labels.

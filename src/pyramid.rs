@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::grid;
 use crate::labels::{Regions, Source, components};
 use crate::model::{Image, Region, RegionId};
+use crate::stream::{Reducers, Row, Run, push};
 use rayon::prelude::*;
 
 /// log₂ of the width of tiles, in pixels of their level, where nothing else is asked for.
@@ -45,24 +46,16 @@ pub fn encode_pyramid(
         )));
     }
     let Image { size, kernel, gamma, block_log2, .. } = *image;
-    let mut layout = Layout { size, kernel, gamma, block_log2, tile_log2, levels: 1 };
-    while layout.tile_grid(layout.levels - 1) != [1, 1] {
-        layout.levels += 1;
-    }
+    let layout = Layout::pyramid(size, (kernel, gamma), block_log2, tile_log2);
     let mut spool = Vec::new();
     let mut writer = TiledWriter::new(layout)?;
     stage("cutting tiles");
     add_level(&mut writer, &mut spool, 0, image, None)?;
     if writer.layout().levels > 1 {
-        let labels: Vec<RegionId> = decode_regions(image)
-            .into_iter()
-            .map(|region| {
-                region.ok_or_else(|| Error::malformed("texels", "they decode to no region"))
-            })
-            .collect::<Result<_>>()?;
-        for level in 1..writer.layout().levels {
+        let reduced = reduced(image, writer.layout().levels)?;
+        for (level, reduced) in (1..).zip(reduced) {
             stage("fitting a coarser level");
-            let (coarse, regions) = coarser(image, &labels, level, options)?;
+            let (coarse, regions) = coarser(image, reduced, level, options)?;
             add_level(&mut writer, &mut spool, level, &coarse, Some(&regions))?;
         }
     }
@@ -94,19 +87,38 @@ fn add_level(
     Ok(())
 }
 
-/// A coarser level of a picture of which the finest is there with its region for each pixel; and the
-/// numbers of its regions there.
+/// The region of each pixel of each coarser level.
+fn reduced(finest: &Image, levels: u8) -> Result<Vec<Vec<RegionId>>> {
+    let labels = decode_regions(finest);
+    let mut reduced = vec![Vec::new(); usize::from(levels) - 1];
+    let mut reducers = Reducers::new(finest.size, levels);
+    for pixels in labels.chunks(finest.size[0] as usize) {
+        let mut row = Row::new();
+        for (end, region) in (1..).zip(pixels) {
+            let fault = || Error::malformed("texels", "they decode to no region");
+            push(&mut row, Run { end, value: region.ok_or_else(fault)? });
+        }
+        let color = |region: RegionId| finest.regions[region as usize].color;
+        reducers.push(&row, color, |level, row| {
+            let reduced = &mut reduced[usize::from(level) - 1];
+            let start = reduced.len();
+            row.iter().for_each(|run| reduced.resize(start + run.end as usize, run.value));
+        });
+    }
+    Ok(reduced)
+}
+
+/// A coarser level of a picture, of which the region of each pixel is given; and the numbers of its
+/// regions there.
 fn coarser(
     finest: &Image,
-    labels: &[RegionId],
+    labels: Vec<RegionId>,
     level: u8,
     options: &EncodeOptions,
 ) -> Result<(Image, Vec<RegionId>)> {
-    let scale_log2 = level * LEVEL_STEP_LOG2;
     let color = |region: RegionId| finest.regions[region as usize].color;
-    let reduced = reduce(finest.size, labels, scale_log2, color);
-    let size = grid::pieces(finest.size, scale_log2);
-    let source = Source::from_labels(size, reduced, &options.limits)?;
+    let size = grid::pieces(finest.size, level * LEVEL_STEP_LOG2);
+    let source = Source::from_labels(size, labels, &options.limits)?;
     let options = EncodeOptions { min_region: 0, forbidden: Vec::new(), ..options.clone() };
     let mut image = encode(&source, &options, |_| ())?;
     // The encoder's regions are pieces of those of the picture.
@@ -123,64 +135,4 @@ fn coarser(
     }
     image.regions = regions.iter().map(|&region| Region { color: color(region) }).collect();
     Ok((image, regions))
-}
-
-/// For each square of 2^`scale_log2` pixels the region that has most of it among those of the colour that
-/// has most; of several, the one with the least number.
-fn reduce(
-    size: [u32; 2],
-    labels: &[RegionId],
-    scale_log2: u8,
-    color: impl Fn(RegionId) -> [u8; 4] + Sync,
-) -> Vec<RegionId> {
-    let squares = grid::pieces(size, scale_log2);
-    let most = |square: usize| {
-        let from = grid::place(squares, square).map(|along| along << scale_log2);
-        let to = [0, 1].map(|axis| (from[axis] + (1 << scale_log2)).min(size[axis]));
-        let mut areas: Vec<(RegionId, u32)> = Vec::new();
-        for y in from[1]..to[1] {
-            let row = grid::index(size, [from[0], y]);
-            for &region in &labels[row..row + (to[0] - from[0]) as usize] {
-                match areas.iter_mut().find(|(other, _)| *other == region) {
-                    Some((_, area)) => *area += 1,
-                    None => areas.push((region, 1)),
-                }
-            }
-        }
-        if let [(region, _)] = areas[..] {
-            return region;
-        }
-        areas.sort_unstable();
-        let of_color = |wanted: [u8; 4]| -> u32 {
-            areas
-                .iter()
-                .filter(|&&(region, _)| color(region) == wanted)
-                .map(|&(_, area)| area)
-                .sum()
-        };
-        let rank = |&&(region, area): &&(RegionId, u32)| (of_color(color(region)), area);
-        // The last of several that are greatest: the one with the least number.
-        areas.iter().rev().max_by_key(rank).map_or(0, |&(region, _)| region)
-    };
-    (0..grid::count(squares)).into_par_iter().map(most).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_square_goes_to_the_color_that_has_most_and_there_to_the_region() {
-        // Regions 1 and 2 look alike; 0 has most of the first square, they together of the second.
-        #[rustfmt::skip]
-        let labels = [
-            0, 0, 0, 0,  0, 0, 1, 1,
-            0, 0, 0, 0,  0, 0, 2, 2,
-            0, 0, 1, 1,  0, 0, 1, 2,
-            0, 1, 1, 1,  0, 1, 2, 2,
-        ];
-        let color = |region| if region == 0 { [9; 4] } else { [5; 4] };
-        assert_eq!(reduce([8, 4], &labels, 2, color), [0, 2]);
-        assert_eq!(reduce([8, 4], &labels, 1, color), [0, 0, 0, 1, 0, 1, 0, 2]);
-    }
 }

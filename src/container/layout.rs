@@ -92,6 +92,24 @@ impl Layout {
         }
     }
 
+    /// A picture in tiles of 2^`tile_log2` pixels, with as many coarser levels as it takes until one tile
+    /// shows all.
+    #[cfg(feature = "encode")]
+    pub(crate) fn pyramid(
+        size: [u32; 2],
+        (kernel, gamma): (Kernel, Gamma),
+        block_log2: u8,
+        tile_log2: u8,
+    ) -> Layout {
+        let mut layout = Layout { size, kernel, gamma, block_log2, tile_log2, levels: 1 };
+        while layout.levels < MAX_LEVELS
+            && layout.tile_grid(layout.levels - 1).iter().any(|&tiles| tiles > 1)
+        {
+            layout.levels += 1;
+        }
+        layout
+    }
+
     /// Pixels of a level along each axis.
     pub fn level_size(&self, level: u8) -> [u32; 2] {
         grid::pieces(self.size, level * LEVEL_STEP_LOG2)

@@ -26,7 +26,7 @@ pub struct Bands<'a> {
 impl Bands<'_> {
     /// All lists and blocks.
     pub fn blocks(&self, block_log2: u8) -> (Lists, Vec<Block<3>>) {
-        let mut lists = super::listed(&self.found.lists);
+        let mut lists = self.found.met.set.lists.clone();
         // Then one for each region alone.
         for region in 0..self.positions.len() as RegionId {
             lists.push(&[region]);
@@ -188,7 +188,7 @@ impl<'a> Band<'a> {
         };
         let own = labels[y * w + x];
         let least = distance(own);
-        found.lists[number as usize].iter().all(|&other| other == own || distance(other) > least)
+        found.list(number).iter().all(|&other| other == own || distance(other) > least)
     }
 
     /// The pixels at boundaries in some rows that are wrong, of those around some.
@@ -216,7 +216,7 @@ impl<'a> Band<'a> {
         let [w, h] = size.map(|n| n as usize);
         let side = 1usize << block_log2;
         let rows = row * side..h.min((row + 1) * side);
-        let single = |x: usize, y: usize| found.lists.len() as ListId + labels[y * w + x];
+        let single = |x: usize, y: usize| found.met.set.lists.len() as ListId + labels[y * w + x];
         let mut rest: Vec<&[(u32, Number)]> =
             rows.clone().map(|y| found.rows[y].as_slice()).collect();
         let mut blocks = Vec::with_capacity(w.div_ceil(side));

@@ -1,6 +1,6 @@
 //! Positions of nodes: those that share a list are told apart by few places that are far from each other.
 
-use crate::model::RegionId;
+use crate::model::{Lists, RegionId};
 
 /// Places for nodes, the best first. The first four are as far from each other as from none else; what
 /// lies between two of them is nearer to these than to any other. So it does not matter which region has
@@ -36,7 +36,7 @@ pub fn are_apart(positions: impl Iterator<Item = [u8; 3]>) -> bool {
 }
 
 /// A position for each region: regions in one list have different ones, if there are enough.
-pub fn positions(regions: usize, lists: &[Vec<RegionId>]) -> Vec<[u8; 3]> {
+pub fn positions(regions: usize, lists: &Lists) -> Vec<[u8; 3]> {
     let mut pairs: Vec<[RegionId; 2]> = lists
         .iter()
         .flat_map(|list| list.iter().flat_map(|&a| list.iter().map(move |&b| [a, b])))

@@ -1,16 +1,18 @@
 //! The candidates of every cell at a boundary, and which regions meet.
 
-use super::colors;
 use super::cracks::{Cracks, DOWN, RIGHT};
-use crate::embed::{self, Cells};
-use crate::limits::MAX_CANDIDATES;
+use super::met::Met;
 use crate::model::{Lists, NodeId, RegionId};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+use std::ops::Range;
 
 /// Number of a list.
 pub type Number = u32;
-/// A cell that would have more candidates than a list holds.
+/// The most candidates of a cell. Nodes of more hardly ever find places where none is in the way of others,
+/// and looking for such takes long.
+const MOST: usize = 8;
+/// A cell that would have more.
 pub const CROWDED: Number = Number::MAX;
 
 /// Rows that are looked through at a time.
@@ -18,104 +20,57 @@ const BAND: usize = 64;
 
 /// What is found along all boundaries.
 pub struct Found {
-    /// Sets of regions, each sorted, none twice.
-    pub lists: Vec<Vec<RegionId>>,
+    pub met: Met,
     /// For each row the pixels that have cracks on a side, and their lists.
     pub rows: Vec<Vec<(u32, Number)>>,
-    /// Pairs of regions that meet along a crack.
-    pub edges: Vec<[NodeId; 2]>,
-    /// Triples that meet at a corner.
-    pub faces: Vec<[NodeId; 3]>,
 }
 
-/// The same of a few rows.
+/// What is found in a few rows.
 #[derive(Default)]
-struct Band {
+pub(crate) struct Strip {
     numbers: FxHashMap<Vec<RegionId>, Number>,
-    lists: Vec<Vec<RegionId>>,
+    /// As in [`Met`].
+    pub lists: Vec<Vec<RegionId>>,
     rows: Vec<Vec<(u32, Number)>>,
-    edges: Vec<[NodeId; 2]>,
-    faces: Vec<[NodeId; 3]>,
+    /// As in [`Met`], each maybe several times.
+    pub edges: Vec<[NodeId; 2]>,
+    pub faces: Vec<[NodeId; 3]>,
 }
 
 impl Found {
     pub fn new(cracks: &Cracks, labels: &[RegionId]) -> Self {
         let height = cracks.size[1] as usize;
-        let bands: Vec<Band> = (0..height.div_ceil(BAND))
+        let strips: Vec<Strip> = (0..height.div_ceil(BAND))
             .into_par_iter()
-            .map(|band| {
-                let mut found = Band::default();
-                for y in band * BAND..height.min((band + 1) * BAND) {
-                    found.row(cracks, labels, y);
-                }
-                found
-            })
+            .map(|band| Strip::new(cracks, labels, band * BAND..height.min((band + 1) * BAND)))
             .collect();
-        let mut all =
-            Found { lists: Vec::new(), rows: Vec::new(), edges: Vec::new(), faces: Vec::new() };
-        let mut numbers = FxHashMap::default();
-        for band in bands {
-            let mut renumbered = Vec::with_capacity(band.lists.len());
-            for list in band.lists {
-                let next = all.lists.len() as Number;
-                let number = *numbers.entry(list.clone()).or_insert(next);
-                if number == next {
-                    all.lists.push(list);
-                }
-                renumbered.push(number);
-            }
-            for mut row in band.rows {
+        let mut all = Found { met: Met::default(), rows: Vec::new() };
+        for strip in strips {
+            let numbers = all.met.add(&strip);
+            for mut row in strip.rows {
                 for (_, number) in &mut row {
-                    *number = renumbered.get(*number as usize).copied().unwrap_or(CROWDED);
+                    *number = numbers.get(*number as usize).copied().unwrap_or(CROWDED);
                 }
                 all.rows.push(row);
             }
-            all.edges.extend(band.edges);
-            all.faces.extend(band.faces);
         }
-        all.edges.sort_unstable();
-        all.edges.dedup();
-        all.faces.sort_unstable();
-        all.faces.dedup();
+        all.met.tidy();
         all
     }
-}
 
-impl Found {
-    /// What constrains positions.
-    pub fn cells(&self) -> Cells<'_> {
-        Cells { edges: &self.edges, faces: &self.faces, ghosts: &[] }
+    /// The candidates of a cell that is not crowded.
+    pub fn list(&self, number: Number) -> &[RegionId] {
+        self.met.set.lists.get(number)
     }
 
-    /// Leaves out lists whose nodes get into each other's way at these positions: their cells are crowded.
-    pub fn drop_broken(&mut self, positions: &[[u8; 3]]) {
-        let place = |&region: &RegionId| positions[region as usize];
-        let doubtful: Vec<usize> = (0..self.lists.len())
-            .filter(|&list| !colors::are_apart(self.lists[list].iter().map(place)))
-            .collect();
-        if doubtful.is_empty() {
-            return;
-        }
-        let mut those = Lists::default();
-        doubtful.iter().for_each(|&list| {
-            those.push(&self.lists[list]);
-        });
-        let mut is_out = vec![false; self.lists.len()];
-        for (list, broken) in
-            doubtful.into_iter().zip(embed::are_broken(positions, &those, self.cells()))
-        {
-            is_out[list] = broken;
-        }
-        let mut next = 0;
-        let numbers: Vec<Number> = is_out
-            .iter()
-            .map(|&is_out| {
-                next += Number::from(!is_out);
-                if is_out { CROWDED } else { next - 1 }
-            })
-            .collect();
-        let mut kept = is_out.iter().map(|is_out| !is_out);
-        self.lists.retain(|_| kept.next().unwrap_or(true));
+    /// Leaves out some lists: their cells are crowded.
+    pub fn leave_out(&mut self, is_out: impl Fn(&[RegionId]) -> bool) {
+        let lists = &mut self.met.set.lists;
+        let mut kept = Lists::default();
+        let numbers: Vec<Number> =
+            lists.iter().map(|list| if is_out(list) { CROWDED } else { kept.push(list) }).collect();
+        // Their set is done with.
+        *lists = kept;
         for (_, number) in self.rows.iter_mut().flatten() {
             if let Some(&now) = numbers.get(*number as usize) {
                 *number = now;
@@ -124,7 +79,14 @@ impl Found {
     }
 }
 
-impl Band {
+impl Strip {
+    /// Looks through some rows of a picture.
+    pub fn new(cracks: &Cracks, labels: &[RegionId], rows: Range<usize>) -> Self {
+        let mut strip = Strip::default();
+        rows.for_each(|y| strip.row(cracks, labels, y));
+        strip
+    }
+
     fn row(&mut self, cracks: &Cracks, labels: &[RegionId], y: usize) {
         let [w, h] = cracks.size.map(|n| n as usize);
         let (above, here) = (cracks.row(y), cracks.row(y + 1));
@@ -138,7 +100,7 @@ impl Band {
                 continue;
             }
             self.meet(cracks, labels, x, y);
-            let mut list = List { regions: [0; MAX_CANDIDATES], length: 0, is_full: false };
+            let mut list = List { regions: [0; MOST], length: 0, is_full: false };
             // The pixels around, and those beside them: who has a share in one of their texels.
             for (dy, reach) in [(-2isize, 1isize), (-1, 2), (0, 2), (1, 2), (2, 1)] {
                 let y = y as isize + dy;
@@ -219,7 +181,7 @@ fn sorted([a, b]: [NodeId; 2]) -> [NodeId; 2] {
 
 /// A few regions, sorted.
 struct List {
-    regions: [RegionId; MAX_CANDIDATES],
+    regions: [RegionId; MOST],
     length: usize,
     is_full: bool,
 }
@@ -235,7 +197,7 @@ impl List {
         if self.regions().get(place) == Some(&region) {
             return;
         }
-        if self.length == MAX_CANDIDATES {
+        if self.length == MOST {
             self.is_full = true;
             return;
         }

@@ -4,27 +4,39 @@
 //! the regions beside it, by how far the boundary is from its middle, as the runs of cracks around it
 //! tell. Nothing is fitted, and nothing is left to be: every pixel's middle decodes to the pixel's own
 //! region. Whatever is decided at a place follows from the labels not far from it: see
-//! [`REACH`](shifts::REACH).
+//! [`REACH`](shifts::REACH). Only where nodes lie is a matter of the whole picture. So parts of a picture that
+//! is too large to be there at once come out as parts of its model: see [`part`].
 //!
 //! ```text
 //! regions ─ cracks ─▶ runs ─ shifts ─▶ shares of texels ┐
-//!        └─ lists ─▶ who must be told apart ─ colors ─▶ positions ─ bands ─▶ blocks
+//!        └─ lists ─▶ who must be told apart: met ─ colors ─▶ positions ─ bands ─▶ blocks
 //! ```
 
 mod bands;
 mod colors;
 mod cracks;
 mod lists;
+mod met;
 mod shifts;
 
-use crate::embed;
 use crate::gamma::Gamma;
 use crate::grid;
 use crate::kernel::Kernel;
-use crate::model::{Image, Lists, Node, Region, RegionId};
+use crate::model::{Image, Node, Region, RegionId};
 use bands::Bands;
 use cracks::Cracks;
 use lists::Found;
+pub(crate) use lists::Strip;
+pub(crate) use met::{Met, Placing};
+use std::ops::Range;
+
+/// log₂ of the width of a block where every pixel at a boundary has its texel: as little as pays.
+pub(crate) const BLOCK_LOG2: u8 = 4;
+/// How far, in pixels, labels have a say in what is drawn: a run is told by twice [`REACH`](shifts::REACH),
+/// and texels are put right by those next to them.
+pub(crate) const APRON: u32 = 64;
+/// The same for who may win at a pixel.
+pub(crate) const NEAR: u32 = 2;
 
 /// What is to be drawn.
 pub(crate) struct Areas<'a> {
@@ -38,14 +50,53 @@ pub(crate) struct Areas<'a> {
 
 /// The model of some areas, for the quadratic kernel.
 pub(crate) fn model(areas: Areas<'_>, gamma: Gamma, block_log2: u8) -> Image {
+    let cracks = Cracks::new(areas.size, areas.labels);
+    let mut found = Found::new(&cracks, areas.labels);
+    let Placing { positions, broken } = found.met.place(areas.regions.len());
+    found.leave_out(|list| broken.contains(list));
+    let mut image = draw(areas, &cracks, &found, &positions, (gamma, block_log2));
+    (image.edges, image.faces) = (found.met.edges, found.met.faces);
+    image
+}
+
+/// What is found in some rows of a picture that is there with [`NEAR`] rows around them, as far as it has any.
+pub(crate) fn strip(size: [u32; 2], labels: &[RegionId], rows: Range<usize>) -> Strip {
+    Strip::new(&Cracks::new(size, labels), labels, rows)
+}
+
+/// The model of a part of a picture, as that of the whole has it but for [`APRON`] pixels at its sides
+/// where the picture goes on. `numbers` are the part's regions in the whole picture, in ascending order.
+pub(crate) fn part(
+    areas: Areas<'_>,
+    numbers: &[RegionId],
+    whole: &Met,
+    placing: &Placing,
+    (gamma, block_log2): (Gamma, u8),
+) -> Image {
+    let cracks = Cracks::new(areas.size, areas.labels);
+    let mut found = Found::new(&cracks, areas.labels);
+    let number = |&region: &RegionId| numbers[region as usize];
+    found.leave_out(|list| {
+        let list: Vec<RegionId> = list.iter().map(number).collect();
+        placing.broken.contains(&list)
+    });
+    let positions: Vec<[u8; 3]> =
+        numbers.iter().map(|&region| placing.positions[region as usize]).collect();
+    let mut image = draw(areas, &cracks, &found, &positions, (gamma, block_log2));
+    (image.edges, image.faces) = whole.among(numbers);
+    image
+}
+
+/// The model but for its edges and faces.
+fn draw(
+    areas: Areas<'_>,
+    cracks: &Cracks,
+    found: &Found,
+    positions: &[[u8; 3]],
+    (gamma, block_log2): (Gamma, u8),
+) -> Image {
     let Areas { size, labels, regions } = areas;
-    let cracks = Cracks::new(size, labels);
-    let mut found = Found::new(&cracks, labels);
-    let positions = colors::positions(regions.len(), &found.lists);
-    let positions = embed::mend(positions, &listed(&found.lists), found.cells());
-    found.drop_broken(&positions);
-    let bands = Bands { size, labels, cracks: &cracks, found: &found, positions: &positions };
-    let (lists, blocks) = bands.blocks(block_log2);
+    let (lists, blocks) = Bands { size, labels, cracks, found, positions }.blocks(block_log2);
     debug_assert_eq!(blocks.len(), grid::count(grid::pieces(size, block_log2)));
     Image {
         size,
@@ -55,21 +106,12 @@ pub(crate) fn model(areas: Areas<'_>, gamma: Gamma, block_log2: u8) -> Image {
         regions,
         nodes: (0..)
             .zip(positions)
-            .map(|(region, position)| Node { position, region: Some(region) })
+            .map(|(region, &position)| Node { position, region: Some(region) })
             .collect(),
-        edges: found.edges,
-        faces: found.faces,
+        edges: Vec::new(),
+        faces: Vec::new(),
         planes: Vec::new(),
         lists,
         blocks,
     }
-}
-
-/// Lists by number.
-fn listed(lists: &[Vec<RegionId>]) -> Lists {
-    let mut all = Lists::default();
-    lists.iter().for_each(|list| {
-        all.push(list);
-    });
-    all
 }

@@ -162,27 +162,49 @@ struct Runs<'a> {
     classes: &'a [u32],
 }
 
-impl Runs<'_> {
-    fn class(&self, run: usize) -> u32 {
+/// The runs of equal class that a row consists of.
+pub(crate) trait RowOfRuns: Copy {
+    /// How many there are.
+    fn count(self) -> usize;
+    /// The pixel after the last of a run.
+    fn end(self, run: usize) -> u32;
+    fn class(self, run: usize) -> u32;
+}
+
+impl RowOfRuns for Runs<'_> {
+    fn count(self) -> usize {
+        self.ends.len()
+    }
+
+    fn end(self, run: usize) -> u32 {
+        self.ends[run]
+    }
+
+    fn class(self, run: usize) -> u32 {
         self.classes[self.ends[run] as usize - 1]
     }
 }
 
 /// Calls `join` for runs of two rows that touch and have the same class.
-fn join_rows(a: Runs<'_>, b: Runs<'_>, how: Connectivity, mut join: impl FnMut(usize, usize)) {
+pub(crate) fn join_rows<R: RowOfRuns>(
+    a: R,
+    b: R,
+    how: Connectivity,
+    mut join: impl FnMut(usize, usize),
+) {
     let (mut i, mut j) = (0, 0);
-    while i < a.ends.len() && j < b.ends.len() {
+    while i < a.count() && j < b.count() {
         // Both rows are full, so that these two overlap.
-        let (end_a, end_b) = (a.ends[i], b.ends[j]);
+        let (end_a, end_b) = (a.end(i), b.end(j));
         if a.class(i) == b.class(j) {
             join(i, j);
         }
         if end_a == end_b && how == Connectivity::Vertex {
             // Runs that end together each touch the other's successor at a corner.
-            if i + 1 < a.ends.len() && a.class(i + 1) == b.class(j) {
+            if i + 1 < a.count() && a.class(i + 1) == b.class(j) {
                 join(i + 1, j);
             }
-            if j + 1 < b.ends.len() && a.class(i) == b.class(j + 1) {
+            if j + 1 < b.count() && a.class(i) == b.class(j + 1) {
                 join(i, j + 1);
             }
         }
@@ -343,7 +365,8 @@ fn root(parents: &mut [u32], mut at: usize) -> usize {
     at
 }
 
-fn join(parents: &mut [u32], a: usize, b: usize) {
+/// Joins the sets of two items, given for each item an earlier one of its set, or itself.
+pub(crate) fn join(parents: &mut [u32], a: usize, b: usize) {
     let (a, b) = (root(parents, a), root(parents, b));
     // The earlier one stays root, so that a parent always comes before its children.
     parents[a.max(b)] = a.min(b) as u32;

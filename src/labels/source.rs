@@ -118,11 +118,13 @@ impl<const D: usize> Source<D> {
 
     /// The straight RGBA colour of a class.
     pub fn color(&self, class: u32) -> [u8; 4] {
-        match self.meaning {
-            Meaning::Color => class.to_le_bytes(),
-            Meaning::Label => label_color(class),
-        }
+        class_color(self.has_colors(), class)
     }
+}
+
+/// The colour of a class that is one, or of a label.
+pub(crate) fn class_color(is_color: bool, class: u32) -> [u8; 4] {
+    if is_color { class.to_le_bytes() } else { label_color(class) }
 }
 
 /// The colour of a label: transparent for 0, made up for every other. Hues are a golden angle apart, so that

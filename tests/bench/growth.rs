@@ -226,7 +226,7 @@ fn forget_peak() -> Option<f64> {
 }
 
 /// A line of the process's status, in bytes.
-fn status(name: &str) -> Option<f64> {
+pub fn status(name: &str) -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with(name))?;
     let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;

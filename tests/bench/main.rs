@@ -10,6 +10,7 @@
 //! - `sizes`: a texel size for each block, against one for all, at the same number of scalars.
 //! - `ablation`: what each step of the fit is worth, and what it takes.
 //! - `gpu` (with the feature of that name): what a frame costs, against a textured quad.
+//! - `stream`: a picture of 65,536 pixels a side, or fewer, that is encoded row by row: time, memory, bytes.
 //! - `rivals`: seconds and memory of `istar encode`, and of vtracer on the same picture.
 //!
 //! Words in the arguments choose tables, pictures and numbers of regions:
@@ -34,6 +35,7 @@ mod open;
 mod pictures;
 mod rivals;
 mod sizes;
+mod stream;
 #[path = "../fixtures/stress.rs"]
 mod stress;
 mod stress_table;
@@ -73,14 +75,18 @@ const TABLES: &[Table] = &[
     #[cfg(feature = "gpu")]
     table!(gpu),
     table!(rivals),
+    table!(stream),
 ];
 
 fn main() -> ExitCode {
-    // cargo adds `--bench`; `growth` calls itself with `--measure`.
+    // cargo adds `--bench`; `growth` and `stream` call themselves.
     let mut words: Vec<String> =
         std::env::args().skip(1).filter(|word| word != "--bench").collect();
     if words.first().is_some_and(|word| word == "--measure") {
         return growth::measure(&words[1..]);
+    }
+    if words.first().is_some_and(|word| word == stream::MEASURE) {
+        return stream::measure(&words[1..]);
     }
     let known = TABLES.iter().flat_map(|table| [vec![table.name], (table.rows)()].concat());
     let known: std::collections::BTreeSet<&str> = known.collect();

@@ -3,10 +3,12 @@
 use crate::pictures::{self, RegionKind};
 use crate::survey::texel_sizes;
 use crate::tell::{aside, tell};
-use crate::{Outcome, files, progress};
+use crate::{Outcome, files, progress, stream};
 use clap::ValueEnum;
 use istar::labels::Connectivity;
-use istar::{Chosen, EncodeOptions, Forbidden, Gamma, Kernel, Lossy, Target, container};
+use istar::{
+    Chosen, EncodeOptions, Forbidden, Gamma, Kernel, Lossy, Shard, StreamOptions, Target, container,
+};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -25,6 +27,19 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// Options that take the whole picture at once.
+const NEEDS_WHOLE: [&str; 9] = [
+    "texel_size",
+    "psnr",
+    "max_bytes",
+    "lossless",
+    "payload",
+    "kernel",
+    "min_region",
+    "label_cost",
+    "forbid",
+];
 
 /// How to encode.
 #[derive(clap::Args)]
@@ -53,6 +68,13 @@ struct Options {
     /// one tile. Without it, large pictures are
     #[arg(long, value_name = "N", value_parser = tile_size, conflicts_with = "lossless")]
     tile_size: Option<u32>,
+    /// Read the picture row by row, in memory that does not grow with its height, and keep every pixel:
+    /// texels are drawn straight from labels. Without it, pictures of more than 134 megapixels are
+    #[arg(long, conflicts_with_all = NEEDS_WHOLE)]
+    stream: bool,
+    /// Make part I of N of a picture's tiles, row by row; `istar merge` joins the parts
+    #[arg(long, value_name = "I/N", value_parser = shard, conflicts_with_all = NEEDS_WHOLE)]
+    shard: Option<Shard>,
     /// Interpolation of texels
     #[arg(long, value_enum, default_value_t = KernelName::Quadratic)]
     kernel: KernelName,
@@ -86,6 +108,14 @@ fn tile_size(word: &str) -> Result<u32, String> {
     word.parse().ok().filter(fits).ok_or_else(|| "give a power of two from 64, or 0".into())
 }
 
+fn shard(word: &str) -> Result<Shard, String> {
+    let parts = word.split_once('/').and_then(|(number, count)| {
+        let (number, count): (u32, u32) = (number.parse().ok()?, count.parse().ok()?);
+        (1..=count).contains(&number).then(|| Shard { number: number - 1, count })
+    });
+    parts.ok_or_else(|| "give a part and how many there are, as in 1/4".into())
+}
+
 fn part(word: &str) -> Result<f64, String> {
     let number = word.parse().ok().filter(|part| (0.0..=1.0).contains(part));
     number.ok_or_else(|| "give a number from 0 to 1, as in 0.05".into())
@@ -116,7 +146,7 @@ enum PayloadName {
     Labels,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum KernelName {
     /// Smooth curves
     Quadratic,
@@ -164,6 +194,9 @@ pub fn run(args: &Args) -> Outcome {
         ..default
     };
     let output = files::Output::create(&args.output)?;
+    if args.options.streams(&args.input)? {
+        return encode_rows(args, &options, output);
+    }
     if args.options.lossless {
         if args.options.payload == Some(PayloadName::Texels) {
             return Err("--lossless goes with no --payload texels: only labels keep all".into());
@@ -214,6 +247,28 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 impl Options {
+    /// Whether the picture is encoded row by row.
+    fn streams(&self, input: &Path) -> Result<bool, String> {
+        let is_told = self.stream || self.shard.is_some();
+        if is_told && (self.regions == RegionKind::Antialiased || self.tile_size == Some(0)) {
+            return Err("row by row there are tiles, and no antialiased edges: leave out \
+                 --tile-size 0 and --regions antialiased, or --stream and --shard"
+                .into());
+        }
+        let needs_whole = self.texel_size.is_some()
+            || self.psnr.is_some()
+            || self.max_bytes.is_some()
+            || self.lossless
+            || self.payload.is_some()
+            || self.kernel != KernelName::Quadratic
+            || self.min_region > 0
+            || self.label_cost.is_some()
+            || !self.forbid.is_empty()
+            || self.regions == RegionKind::Antialiased
+            || self.tile_size == Some(0);
+        Ok(is_told || !needs_whole && stream::is_large(input))
+    }
+
     /// Whether a file for a target is of labels.
     fn holds_labels(&self) -> Result<bool, String> {
         let needs_texels = self.min_region > 0
@@ -230,6 +285,39 @@ impl Options {
             payload => Ok(payload.map_or(!needs_texels, |payload| payload == PayloadName::Labels)),
         }
     }
+}
+
+fn encode_rows(args: &Args, options: &EncodeOptions, output: files::Output) -> Outcome {
+    let default = StreamOptions::default();
+    let options = StreamOptions {
+        tile_log2: args.options.tile_size.map_or(default.tile_log2, |n| n.trailing_zeros() as u8),
+        gamma: options.gamma,
+        connectivity: options.connectivity,
+        shard: args.options.shard.unwrap_or(default.shard),
+        limits: options.limits.clone(),
+    };
+    let written = stream::encode(&args.input, &options, output)?;
+    let ([width, height], Shard { number, count }) = (written.size, options.shard);
+    if args.json {
+        let told = json!({
+            "bytes": written.bytes,
+            "size": written.size,
+            "regions": written.regions,
+            "streamed": true,
+            "shard": (count > 1).then_some([number + 1, count]),
+        });
+        return tell!("{told}");
+    }
+    let which = match count {
+        1 => String::new(),
+        _ => format!(", part {} of {count}", number + 1),
+    };
+    tell!(
+        "{}: {width}×{height} pixels{which}, {} regions, {} bytes",
+        args.output.display(),
+        written.regions,
+        written.bytes
+    )
 }
 
 fn encode_lossy(

@@ -47,16 +47,19 @@ impl<'a> Output<'a> {
         if path.is_dir() {
             return Err(format!("cannot write {}: it is a folder", path.display()));
         }
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
         let file = tempfile::Builder::new()
             .prefix(".istar-")
             .suffix(".part")
-            .tempfile_in(folder)
+            .tempfile_in(folder(path))
             .map_err(fault)?;
         Ok(Output { path, file })
+    }
+
+    /// A nameless file on the same disk, for what is put together later.
+    pub fn spool(&self) -> Result<fs::File, String> {
+        let folder = folder(self.path);
+        tempfile::tempfile_in(folder)
+            .map_err(|error| format!("cannot write in {}: {}", folder.display(), reason(&error)))
     }
 
     /// Writes `bytes` and puts the file in its place.
@@ -78,6 +81,14 @@ impl<'a> Output<'a> {
         share_like_any_new_file(self.file.as_file()).map_err(fault)?;
         self.file.persist(path).map_err(|error| fault(error.error))?;
         Ok(())
+    }
+}
+
+/// The folder that a file is in.
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
     }
 }
 

@@ -10,6 +10,8 @@ mod merge;
 mod pictures;
 mod progress;
 mod render;
+mod rows;
+mod stream;
 mod survey;
 mod tell;
 mod verify;

@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> Outcome {
     let regions = shards.iter().map(|shard| shard.index.regions()).max().unwrap_or(0);
     let mut writer = TiledWriter::new(layout.clone()).map_err(|error| error.to_string())?;
     let unwritable = |error| format!("cannot write a temporary file: {}", files::reason(&error));
-    let mut spool = tempfile::tempfile().map_err(unwritable)?;
+    let mut spool = output.spool()?;
     let (mut tiles, mut missing) = (0u64, 0u64);
     for tile in layout.tiles() {
         let mut found: Option<Vec<u8>> = None;

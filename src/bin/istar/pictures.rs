@@ -5,7 +5,8 @@ use clap::ValueEnum;
 use istar::Limits;
 use istar::labels::Source;
 use png::{BitDepth, ColorType, Transformations};
-use std::io::{BufRead, Cursor, Seek};
+use std::fs::File;
+use std::io::{BufRead, Cursor, Read, Seek};
 use std::path::Path;
 
 /// What a region is.
@@ -30,7 +31,8 @@ fn parse_source(bytes: &[u8], kind: RegionKind, limits: &Limits) -> Result<Sourc
     if bytes.is_empty() {
         return Err("it is empty".into());
     }
-    check_size_first(bytes, limits)?;
+    // A picture too large is refused before anything is unpacked.
+    limits.check_size(parse_size(bytes)?).map_err(|error| error.to_string())?;
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     // The size is checked above; the decoder's own cap would refuse large pictures that we take.
     decoder.set_limits(png::Limits { bytes: usize::MAX });
@@ -42,15 +44,27 @@ fn parse_source(bytes: &[u8], kind: RegionKind, limits: &Limits) -> Result<Sourc
             Err("it holds labels, which do not mix: read it without antialiased edges".into())
         }
         (BitDepth::Sixteen, ColorType::Grayscale) => read_labels(reader, limits),
-        (BitDepth::Sixteen, _) => Err("it has 16 bits a colour: reduce it to 8 (16-bit grey is \
-             read as labels)"
-            .into()),
+        (BitDepth::Sixteen, _) => Err(too_deep()),
         _ => read_colors(reader, kind, limits),
     }
 }
 
-/// The size is in the first 24 bytes: a picture too large is refused before anything is unpacked.
-fn check_size_first(bytes: &[u8], limits: &Limits) -> Result<(), String> {
+/// Bytes of a PNG that tell its size.
+const HEAD: u64 = 24;
+
+/// The size of a PNG, of which no more is read than that.
+pub fn size_of(path: &Path) -> Result<[u32; 2], String> {
+    let fault = |error| files::at(path, &files::reason(&error));
+    let mut head = Vec::new();
+    let file = File::open(path).map_err(fault)?;
+    file.take(HEAD).read_to_end(&mut head).map_err(fault)?;
+    if head.is_empty() {
+        return Err(files::at(path, &"it is empty"));
+    }
+    parse_size(&head).map_err(|error| files::at(path, &error))
+}
+
+fn parse_size(bytes: &[u8]) -> Result<[u32; 2], String> {
     const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
     let (Some(start), Some(head)) = (bytes.get(..8), bytes.get(12..24)) else {
         return Err("it is not a PNG picture, or it was cut short".into());
@@ -59,10 +73,16 @@ fn check_size_first(bytes: &[u8], limits: &Limits) -> Result<(), String> {
         return Err("it is not a PNG picture: PNG is the only kind that can be read".into());
     }
     let side = |at: usize| u32::from_be_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
-    limits.check_size([side(4), side(8)]).map_err(|error| error.to_string())
+    Ok([side(4), side(8)])
 }
 
-fn not_png(error: &png::DecodingError) -> String {
+/// What to say of colours in 16 bits.
+pub fn too_deep() -> String {
+    "it has 16 bits a colour: reduce it to 8 (16-bit grey is read as labels)".into()
+}
+
+/// What to say of bytes that are no PNG.
+pub fn not_png(error: &png::DecodingError) -> String {
     match error {
         png::DecodingError::IoError(_) => "the picture is cut short".into(),
         other => format!("the picture cannot be read: {other}"),

@@ -3,13 +3,13 @@
 use crate::archive::Archive;
 use crate::pictures::RegionKind;
 use crate::tell::tell;
-use crate::{Outcome, encode, files};
+use crate::{Outcome, encode, files, stream};
 use axum::Router;
 use axum::extract::Path as UrlPath;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use istar::EncodeOptions;
+use istar::{EncodeOptions, StreamOptions};
 use rust_embed::RustEmbed;
 use std::io::{Read, Write};
 use std::net::Ipv4Addr;
@@ -45,6 +45,13 @@ pub fn run(args: &Args) -> Outcome {
     if is_istar(&args.input)? {
         Archive::open(&args.input)?.check_length()?;
         return serve(one_picture(&args.input)?, args.port);
+    }
+    if args.regions != RegionKind::Antialiased && stream::is_large(&args.input) {
+        let fault = |error| format!("cannot make a temporary folder: {error}");
+        let folder = tempfile::tempdir().map_err(fault)?;
+        let path = folder.path().join("picture.istar");
+        stream::encode(&args.input, &StreamOptions::default(), files::Output::create(&path)?)?;
+        return serve(one_picture(&path)?, args.port);
     }
     let encoded =
         encode::encode_file(&args.input, args.regions, &EncodeOptions::default(), None, None)?;
