@@ -18,9 +18,11 @@ mod lists;
 mod shifts;
 
 use crate::embed;
+use crate::error::{Error, Result};
 use crate::gamma::Gamma;
 use crate::grid;
 use crate::kernel::Kernel;
+use crate::limits::Limits;
 use crate::model::{Image, Lists, Node, Region, RegionId};
 use bands::Bands;
 use cracks::Cracks;
@@ -36,18 +38,43 @@ pub(crate) struct Areas<'a> {
     pub regions: Vec<Region>,
 }
 
+/// Bytes of labels and cracks, for every pixel; and of texels and lists, for every pixel of a block with boundaries.
+const PIXEL_BYTES: u64 = 5;
+const CELL_BYTES: u64 = 9;
+
 /// The model of some areas, for the quadratic kernel.
-pub(crate) fn model(areas: Areas<'_>, gamma: Gamma, block_log2: u8) -> Image {
+///
+/// # Errors
+/// [`Error::Limit`] where that takes more memory than `limits` allow.
+pub(crate) fn model(
+    areas: Areas<'_>,
+    gamma: Gamma,
+    block_log2: u8,
+    limits: &Limits,
+) -> Result<Image> {
     let Areas { size, labels, regions } = areas;
+    let left = limits.memory.saturating_sub(PIXEL_BYTES * labels.len() as u64);
+    let too_much = || {
+        Error::Limit(format!(
+            "the texels of the labels take more than {} bytes of memory: cut the picture into tiles",
+            limits.memory
+        ))
+    };
+    if left == 0 {
+        return Err(too_much());
+    }
     let cracks = Cracks::new(size, labels);
-    let mut found = Found::new(&cracks, labels);
+    let mut found = Found::new(&cracks, labels, left).ok_or_else(too_much)?;
+    if found.blocks(block_log2).saturating_mul(CELL_BYTES << (2 * block_log2)) > left {
+        return Err(too_much());
+    }
     let positions = colors::positions(regions.len(), &found.lists);
     let positions = embed::mend(positions, &listed(&found.lists), found.cells());
     found.drop_broken(&positions);
     let bands = Bands { size, labels, cracks: &cracks, found: &found, positions: &positions };
     let (lists, blocks) = bands.blocks(block_log2);
     debug_assert_eq!(blocks.len(), grid::count(grid::pieces(size, block_log2)));
-    Image {
+    Ok(Image {
         size,
         kernel: Kernel::Quadratic,
         gamma,
@@ -62,7 +89,7 @@ pub(crate) fn model(areas: Areas<'_>, gamma: Gamma, block_log2: u8) -> Image {
         planes: Vec::new(),
         lists,
         blocks,
-    }
+    })
 }
 
 /// Lists by number.

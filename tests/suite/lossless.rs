@@ -107,3 +107,17 @@ fn more_pixels_than_memory_allows_are_refused_before_they_are_unpacked() {
     let options = EncodeOptions { limits: tight, ..EncodeOptions::default() };
     assert!(matches!(encode_lossless(&fixtures::discs(), &options), Err(Error::Limit(_))));
 }
+
+#[test]
+fn a_crowded_picture_is_refused_where_its_texels_take_more_than_memory_allows() {
+    let size = [80, 80];
+    let noise =
+        (0..size[0] * size[1]).map(|i: u32| 1 + i.wrapping_mul(0x9e37_79b1).rotate_left(9) % 5);
+    let source = Source::from_labels(size, noise.collect(), &limits()).unwrap();
+    let bytes = file(&source);
+    let tight = Limits { memory: 1 << 20, ..limits() };
+    assert!(container::read_labels(&bytes, &tight).is_ok());
+    let refused = istar::open(&bytes, &tight).unwrap_err();
+    assert!(matches!(&refused, Error::Limit(what) if what.contains("texels")), "{refused}");
+    assert!(istar::open(&bytes, &limits()).is_ok());
+}
