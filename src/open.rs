@@ -4,6 +4,7 @@ use crate::container::{self, Labels, Layout, Palette, Payload, Squares};
 use crate::direct;
 use crate::encode::{EncodeOptions, fit_to_labels};
 use crate::error::Result;
+use crate::gamma::Gamma;
 use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::{Connectivity, Source, components, label_color};
@@ -25,28 +26,44 @@ pub fn open(bytes: &[u8], limits: &Limits) -> Result<Image> {
     if kernel != Kernel::Quadratic || scale_log2 != 0 {
         return fitted(container::read_labels(bytes, limits)?, limits);
     }
-    Ok(drawn(container::read_areas(bytes, limits)?))
+    drawn(container::read_areas(bytes, limits)?, limits)
 }
 
 /// The model straight from areas.
-fn drawn(areas: Labels) -> Image {
+fn drawn(areas: Labels, limits: &Limits) -> Result<Image> {
     let Labels { size, gamma, palette, labels, .. } = areas;
     let colors = match palette {
         Palette::Colors(colors) => colors,
         Palette::Labels(names) => names.into_iter().map(label_color).collect(),
     };
     let regions = colors.into_iter().map(|color| Region { color }).collect();
-    direct::model(direct::Areas { size, labels: &labels, regions }, gamma, direct::BLOCK_LOG2)
+    direct::model(
+        direct::Areas { size, labels: &labels, regions },
+        gamma,
+        direct::BLOCK_LOG2,
+        limits,
+    )
 }
 
 /// The model with texels fitted to labels.
 fn fitted(labels: Labels, limits: &Limits) -> Result<Image> {
-    let (kernel, gamma) = (labels.kernel, labels.gamma);
+    let kind = (labels.kernel, labels.gamma);
+    let (size, scale_log2) = (labels.size, labels.scale_log2);
+    fit_squares(&source_of(labels, limits)?, kind, limits, size, scale_log2)
+}
+
+/// What a file of labels is drawn as: `squares` has a class for each square of 2 to `scale_log2` pixels of a
+/// picture of `size`.
+pub(crate) fn fit_squares(
+    squares: &Source<2>,
+    (kernel, gamma): (Kernel, Gamma),
+    limits: &Limits,
+    size: [u32; 2],
+    scale_log2: u8,
+) -> Result<Image> {
     let options =
         EncodeOptions { kernel, gamma, limits: limits.clone(), ..EncodeOptions::default() };
-    let (size, scale_log2) = (labels.size, labels.scale_log2);
-    let source = source_of(labels, limits)?;
-    fit_to_labels(&source, &options, size, scale_log2)
+    fit_to_labels(squares, &options, size, scale_log2)
 }
 
 /// As [`open`], but a file with a label for each pixel comes out pixel by pixel: to be compared or decoded

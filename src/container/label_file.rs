@@ -1,12 +1,12 @@
 //! The labels payload: those of the source, for each pixel or for squares of pixels, in far fewer bytes
 //! than texels take. What draws the picture fits texels to them first.
 
-use super::bytes::{Reader, push_varint};
 use super::chunks::{self, Kind};
 use super::index::{Found, Index, Payload, slice};
 use super::labels;
 use super::layout::{Layout, TileAt};
 use super::notes::Notes;
+use super::palette;
 use super::read::absent;
 use super::writer::TiledWriter;
 use crate::error::{Error, Result};
@@ -80,7 +80,7 @@ const ONLY: TileAt = TileAt { level: 0, at: [0; 2] };
 /// or the palette is not of as many; [`Error::Limit`] for a picture that a reader with the same limits would refuse.
 pub fn write_labels(
     squares: Squares<'_>,
-    palette: impl FnOnce(&[u32]) -> Palette,
+    palette_of: impl FnOnce(&[u32]) -> Palette,
     (kernel, gamma): (Kernel, Gamma),
     limits: &Limits,
 ) -> Result<Vec<u8>> {
@@ -92,12 +92,12 @@ pub fn write_labels(
     let layout = Layout::whole(size, (kernel, gamma), scale_log2);
     let labels::Coded { bytes, order } =
         labels::encode(grid::pieces(size, scale_log2), labels, limits)?;
-    let palette = palette(&order);
+    let palette = palette_of(&order);
     if palette.len() != order.len() {
         return Err(Error::Usage("a label is not in the palette: give one for each".into()));
     }
     let [(palette_letter, _), (labels_letter, _)] = KNOWN;
-    let tile = chunks::pack(&[(palette_letter, pack_palette(&palette)), (labels_letter, bytes)])?;
+    let tile = chunks::pack(&[(palette_letter, palette::pack(&palette)), (labels_letter, bytes)])?;
     let mut writer = TiledWriter::with_payload(layout, Payload::Labels)?;
     writer.add(ONLY, &tile)?;
     writer.finish(0, &Notes::default())?.from_memory(&tile)
@@ -164,7 +164,9 @@ fn unpack_labels(bytes: &[u8], limits: &Limits) -> Result<LabelFile> {
     let tile = slice(bytes, &range)?;
     index.check_tile(ONLY, tile)?;
     let [palette, packed] = chunks::all(chunks::unpack(tile, &KNOWN, limits)?, &KNOWN)?;
-    Ok(LabelFile { layout, palette: unpack_palette(&palette)?, packed })
+    let squares = grid::count(grid::pieces(layout.size, layout.block_log2)) as u64;
+    let palette = palette::unpack(&palette, KNOWN[0].1, squares)?;
+    Ok(LabelFile { layout, palette, packed })
 }
 
 fn check_palette(palette: &Palette, count: u32) -> Result<()> {
@@ -172,41 +174,4 @@ fn check_palette(palette: &Palette, count: u32) -> Result<()> {
         true => Ok(()),
         false => Err(Error::malformed("palette", "not as many as there are labels")),
     }
-}
-
-const COLORS: u8 = 0;
-const LABELS: u8 = 1;
-
-fn pack_palette(palette: &Palette) -> Vec<u8> {
-    let mut out = Vec::new();
-    match palette {
-        Palette::Colors(colors) => {
-            out.push(COLORS);
-            push_varint(&mut out, colors.len() as u32);
-            out.extend(colors.as_flattened());
-        }
-        Palette::Labels(labels) => {
-            out.push(LABELS);
-            push_varint(&mut out, labels.len() as u32);
-            labels.iter().for_each(|&label| push_varint(&mut out, label));
-        }
-    }
-    out
-}
-
-fn unpack_palette(bytes: &[u8]) -> Result<Palette> {
-    let mut from = Reader::new(KNOWN[0].1, bytes);
-    let palette = match from.u8()? {
-        COLORS => {
-            let count = from.count(4)?;
-            Palette::Colors((0..count).map(|_| from.array()).collect::<Result<_>>()?)
-        }
-        LABELS => {
-            let count = from.count(1)?;
-            Palette::Labels((0..count).map(|_| from.varint()).collect::<Result<_>>()?)
-        }
-        _ => return Err(from.error("of a kind that is not known")),
-    };
-    from.finish()?;
-    Ok(palette)
 }

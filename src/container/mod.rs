@@ -15,6 +15,8 @@ mod layout;
 #[cfg(feature = "encode")]
 mod notes;
 #[cfg(feature = "encode")]
+mod palette;
+#[cfg(feature = "encode")]
 mod parts;
 mod read;
 mod texels;

@@ -23,6 +23,9 @@ const PLACES: [[u8; 3]; 15] = [
     [255, 127, 127],
 ];
 
+/// Pairs of regions that are sorted at a time.
+const MANY: usize = 1 << 20;
+
 /// Of [`PLACES`], those that any regions may have.
 const FREE: usize = 4;
 
@@ -37,11 +40,18 @@ pub fn are_apart(positions: impl Iterator<Item = [u8; 3]>) -> bool {
 
 /// A position for each region: regions in one list have different ones, if there are enough.
 pub fn positions(regions: usize, lists: &Lists) -> Vec<[u8; 3]> {
-    let mut pairs: Vec<[RegionId; 2]> = lists
-        .iter()
-        .flat_map(|list| list.iter().flat_map(|&a| list.iter().map(move |&b| [a, b])))
-        .filter(|[a, b]| a != b)
-        .collect();
+    let mut pairs: Vec<[RegionId; 2]> = Vec::new();
+    let mut enough = MANY;
+    for list in lists.iter() {
+        let all = list.iter().flat_map(|&a| list.iter().map(move |&b| [a, b]));
+        pairs.extend(all.filter(|[a, b]| a != b));
+        // Most come many times.
+        if pairs.len() > enough {
+            pairs.sort_unstable();
+            pairs.dedup();
+            enough = MANY.max(2 * pairs.len());
+        }
+    }
     pairs.sort_unstable();
     pairs.dedup();
     let mut starts = vec![0u32; regions + 1];

@@ -6,6 +6,7 @@ use crate::model::{Lists, NodeId, RegionId};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Number of a list.
 pub type Number = u32;
@@ -35,15 +36,39 @@ pub(crate) struct Strip {
     /// As in [`Met`], each maybe several times.
     pub edges: Vec<[NodeId; 2]>,
     pub faces: Vec<[NodeId; 3]>,
+    /// Bytes that the last rows take, about.
+    bytes: u64,
 }
 
+/// About the bytes of a pixel at a boundary, with edges and faces, of a list, and of each region in one.
+const PIXEL_BYTES: u64 = 24;
+const LIST_BYTES: u64 = 160;
+const ENTRY_BYTES: u64 = 24;
+
 impl Found {
-    pub fn new(cracks: &Cracks, labels: &[RegionId]) -> Self {
+    /// Finds it, or nothing where that would take more than so many bytes.
+    pub fn new(cracks: &Cracks, labels: &[RegionId], most: u64) -> Option<Self> {
+        let taken = AtomicU64::new(0);
         let height = cracks.size[1] as usize;
         let strips: Vec<Strip> = (0..height.div_ceil(BAND))
             .into_par_iter()
-            .map(|band| Strip::new(cracks, labels, band * BAND..height.min((band + 1) * BAND)))
+            .map(|band| {
+                let mut found = Strip::default();
+                for y in band * BAND..height.min((band + 1) * BAND) {
+                    // Once it is too much it is all in vain.
+                    if taken.fetch_add(found.bytes, Relaxed) > most {
+                        break;
+                    }
+                    found.bytes = 0;
+                    found.row(cracks, labels, y);
+                }
+                taken.fetch_add(found.bytes, Relaxed);
+                found
+            })
             .collect();
+        if taken.into_inner() > most {
+            return None;
+        }
         let mut all = Found { met: Met::default(), rows: Vec::new() };
         for strip in strips {
             let numbers = all.met.add(&strip);
@@ -55,12 +80,24 @@ impl Found {
             }
         }
         all.met.tidy();
-        all
+        Some(all)
     }
 
     /// The candidates of a cell that is not crowded.
     pub fn list(&self, number: Number) -> &[RegionId] {
         self.met.set.lists.get(number)
+    }
+
+    /// Blocks of 2 to so many pixels that have boundaries.
+    pub fn blocks(&self, block_log2: u8) -> u64 {
+        let of_rows = |rows: &[Vec<(u32, Number)>]| {
+            let mut blocks: Vec<u32> =
+                rows.iter().flatten().map(|&(x, _)| x >> block_log2).collect();
+            blocks.sort_unstable();
+            blocks.dedup();
+            blocks.len() as u64
+        };
+        self.rows.chunks(1 << block_log2).map(of_rows).sum()
     }
 
     /// Leaves out some lists: their cells are crowded.
@@ -124,6 +161,7 @@ impl Strip {
                     None => {
                         let number = self.lists.len() as Number;
                         self.lists.push(found.to_vec());
+                        self.bytes += LIST_BYTES + ENTRY_BYTES * found.len() as u64;
                         self.numbers.insert(found.to_vec(), number);
                         number
                     }
@@ -136,6 +174,7 @@ impl Strip {
             row.push((x as u32, number));
             x += 1;
         }
+        self.bytes += PIXEL_BYTES * row.len() as u64;
         self.rows.push(row);
     }
 

@@ -19,9 +19,11 @@ mod lists;
 mod met;
 mod shifts;
 
+use crate::error::{Error, Result};
 use crate::gamma::Gamma;
 use crate::grid;
 use crate::kernel::Kernel;
+use crate::limits::Limits;
 use crate::model::{Image, Node, Region, RegionId};
 use bands::Bands;
 use cracks::Cracks;
@@ -48,15 +50,46 @@ pub(crate) struct Areas<'a> {
     pub regions: Vec<Region>,
 }
 
+/// Bytes of labels and cracks, for every pixel; and of texels and lists, for every pixel of a block with boundaries.
+const PIXEL_BYTES: u64 = 5;
+const CELL_BYTES: u64 = 9;
+
 /// The model of some areas, for the quadratic kernel.
-pub(crate) fn model(areas: Areas<'_>, gamma: Gamma, block_log2: u8) -> Image {
-    let cracks = Cracks::new(areas.size, areas.labels);
-    let mut found = Found::new(&cracks, areas.labels);
+///
+/// # Errors
+/// [`Error::Limit`] where that takes more memory than `limits` allow.
+pub(crate) fn model(
+    areas: Areas<'_>,
+    gamma: Gamma,
+    block_log2: u8,
+    limits: &Limits,
+) -> Result<Image> {
+    let (cracks, mut found) = look_through(&areas, block_log2, limits)?;
     let Placing { positions, broken } = found.met.place(areas.regions.len());
     found.leave_out(|list| broken.contains(list));
     let mut image = draw(areas, &cracks, &found, &positions, (gamma, block_log2));
     (image.edges, image.faces) = (found.met.edges, found.met.faces);
-    image
+    Ok(image)
+}
+
+/// Finds cracks and lists, unless these or the texels made of them take too much memory.
+fn look_through(areas: &Areas<'_>, block_log2: u8, limits: &Limits) -> Result<(Cracks, Found)> {
+    let left = limits.memory.saturating_sub(PIXEL_BYTES * areas.labels.len() as u64);
+    let too_much = || {
+        Error::Limit(format!(
+            "the texels of the labels take more than {} bytes of memory: cut the picture into tiles",
+            limits.memory
+        ))
+    };
+    if left == 0 {
+        return Err(too_much());
+    }
+    let cracks = Cracks::new(areas.size, areas.labels);
+    let found = Found::new(&cracks, areas.labels, left).ok_or_else(too_much)?;
+    if found.blocks(block_log2).saturating_mul(CELL_BYTES << (2 * block_log2)) > left {
+        return Err(too_much());
+    }
+    Ok((cracks, found))
 }
 
 /// What is found in some rows of a picture that is there with [`NEAR`] rows around them, as far as it has any.
@@ -72,9 +105,9 @@ pub(crate) fn part(
     whole: &Met,
     placing: &Placing,
     (gamma, block_log2): (Gamma, u8),
-) -> Image {
-    let cracks = Cracks::new(areas.size, areas.labels);
-    let mut found = Found::new(&cracks, areas.labels);
+    limits: &Limits,
+) -> Result<Image> {
+    let (cracks, mut found) = look_through(&areas, block_log2, limits)?;
     let number = |&region: &RegionId| numbers[region as usize];
     found.leave_out(|list| {
         let list: Vec<RegionId> = list.iter().map(number).collect();
@@ -84,7 +117,7 @@ pub(crate) fn part(
         numbers.iter().map(|&region| placing.positions[region as usize]).collect();
     let mut image = draw(areas, &cracks, &found, &positions, (gamma, block_log2));
     (image.edges, image.faces) = whole.among(numbers);
-    image
+    Ok(image)
 }
 
 /// The model but for its edges and faces.

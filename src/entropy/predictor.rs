@@ -48,6 +48,10 @@ const FOLLOWS: u8 = 60;
 /// No history yet.
 const NO_HISTORY: u8 = 1;
 
+/// Nothing is less likely than this, in 65536ths: a decision that is taken for certain still costs
+/// something, so that few bytes cannot ask for much work.
+const LEAST: i32 = 16;
+
 /// Inputs to the mixer that a context gives.
 const PER_CONTEXT: usize = 3;
 
@@ -145,7 +149,7 @@ impl Predictor {
     ) -> bool {
         self.look::<true>(logistic, contexts, experts);
         self.mix(logistic, rows);
-        let bit = coder.code(bit, self.p as u32);
+        let bit = coder.code(bit, self.p.clamp(LEAST, (1 << 16) - LEAST) as u32);
         self.learn(bit);
         bit
     }
@@ -368,6 +372,16 @@ mod tests {
         let mut decoded = vec![false; bits.len()];
         run(&mut Decoder::new(&bytes), &mut decoded);
         assert_eq!(decoded, bits);
+    }
+
+    #[test]
+    fn what_is_certain_costs_something() {
+        let (mut predictor, logistic) = (predictor(), Logistic::new());
+        let mut encoder = Encoder::new();
+        for _ in 0..400_000 {
+            predictor.code(&logistic, &mut encoder, true, &[0, 1, 2], &[logistic::MAX], &[0, 0]);
+        }
+        assert!(encoder.finish().len() >= 17);
     }
 
     #[test]

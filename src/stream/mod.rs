@@ -191,7 +191,7 @@ pub fn encode_rows(
                 return Ok(());
             }
             let nodes = &nodes[usize::from(row.level)];
-            for (tile, bytes) in tiles::draw(&layout, row, nodes, &color)? {
+            for (tile, bytes) in tiles::draw(&layout, row, nodes, &color, limits)? {
                 spool
                     .write_all(&bytes)
                     .map_err(|error| Error::Io(format!("cannot write tiles: {error}")))?;

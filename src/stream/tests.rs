@@ -70,7 +70,8 @@ fn models(source: &Source<2>, options: &StreamOptions, levels: u8) -> Vec<Image>
     let model = |(level, labels): (u8, &Vec<RegionId>)| {
         let size = crate::grid::pieces(found.size, 2 * level);
         let regions = colors.iter().map(|&color| Region { color }).collect();
-        direct::model(direct::Areas { size, labels, regions }, options.gamma, direct::BLOCK_LOG2)
+        let areas = direct::Areas { size, labels, regions };
+        direct::model(areas, options.gamma, direct::BLOCK_LOG2, &options.limits).unwrap()
     };
     (0..).zip(&labels).map(model).collect()
 }

@@ -56,12 +56,13 @@ pub fn draw(
     row: &RowOfTiles<'_>,
     nodes: &Nodes,
     color: &(impl Fn(RegionId) -> [u8; 4] + Sync),
+    limits: &Limits,
 ) -> Result<Vec<(TileAt, Vec<u8>)>> {
     (0..layout.tile_grid(row.level)[0])
         .into_par_iter()
         .map(|column| {
             let tile = TileAt { level: row.level, at: [column, row.number] };
-            Ok((tile, draw_tile(layout, tile, row, nodes, color)?))
+            Ok((tile, draw_tile(layout, tile, row, nodes, color, limits)?))
         })
         .collect()
 }
@@ -72,6 +73,7 @@ fn draw_tile(
     row: &RowOfTiles<'_>,
     Nodes { met, placing }: &Nodes,
     color: impl Fn(RegionId) -> [u8; 4],
+    limits: &Limits,
 ) -> Result<Vec<u8>> {
     let level = layout.level_size(tile.level);
     let (first, size) = layout.tile_rect(tile);
@@ -85,7 +87,7 @@ fn draw_tile(
     let regions = numbers.iter().map(|&region| Region { color: color(region) }).collect();
     let areas = Areas { size: around, labels: &labels, regions };
     let how = (layout.gamma, layout.block_log2);
-    let model = direct::part(areas, &numbers, met, placing, how);
+    let model = direct::part(areas, &numbers, met, placing, how, limits)?;
     let within = std::array::from_fn(|axis| first[axis] - from[axis]);
     let (model, regions) = cut_tile(&model, Some(&numbers), within, size)?;
     tile_bytes(layout, tile, &model, &regions)

@@ -107,3 +107,20 @@ fn more_pixels_than_memory_allows_are_refused_before_they_are_unpacked() {
     let options = EncodeOptions { limits: tight, ..EncodeOptions::default() };
     assert!(matches!(encode_lossless(&fixtures::discs(), &options), Err(Error::Limit(_))));
 }
+
+#[test]
+fn a_crowded_picture_is_refused_where_its_texels_take_more_than_memory_allows() {
+    let size = [80, 80];
+    let mut state = 1u32;
+    let noise = (0..size[0] * size[1]).map(|_| {
+        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        1 + (state >> 16) % 5
+    });
+    let source = Source::from_labels(size, noise.collect(), &limits()).unwrap();
+    let bytes = file(&source);
+    let tight = Limits { memory: 1 << 20, ..limits() };
+    assert!(container::read_labels(&bytes, &tight).is_ok());
+    let refused = istar::open(&bytes, &tight).map(|_| ()).unwrap_err();
+    assert!(matches!(&refused, Error::Limit(what) if what.contains("texels")), "{refused}");
+    assert!(istar::open(&bytes, &limits()).is_ok());
+}

@@ -101,7 +101,9 @@ fn errors(oracle: &[Oracle], drawn: &[[u8; 4]]) -> (f64, f64) {
         // Half a level is what a byte is rounded by.
         let most = off.into_iter().fold(0.0, f64::max) - 0.5;
         if most > 0.0 && pixel.regions <= 3 {
-            if most / pixel.contrast > worst && pixel.contrast < 5.0 { println!("most {most} contrast {}", pixel.contrast); }
+            if most / pixel.contrast > worst && pixel.contrast < 5.0 {
+                println!("most {most} contrast {}", pixel.contrast);
+            }
             worst = worst.max(most / pixel.contrast);
         }
     }

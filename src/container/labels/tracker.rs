@@ -59,6 +59,8 @@ const CORNER: f64 = -2.4;
 /// Curvature and steps stay within these.
 const SHARPEST: f64 = 0.7;
 const FARTHEST: f64 = 3.0;
+/// How far the square of a length may be from 1 to be put right without a root.
+const NEARLY: f64 = 0.01;
 
 impl Tracker {
     pub fn new(habit: Habit) -> Self {
@@ -190,7 +192,14 @@ impl Tracker {
     }
 
     fn head(&mut self, toward: [f64; 2]) {
-        let length = (toward[0] * toward[0] + toward[1] * toward[1]).sqrt();
+        let square = toward[0] * toward[0] + toward[1] * toward[1];
+        if (square - 1.0).abs() < NEARLY {
+            // What the length is divided by, to first order: the next time puts right what is left.
+            let scale = 1.5 - 0.5 * square;
+            self.heading = toward.map(|along| along * scale);
+            return;
+        }
+        let length = square.sqrt();
         if length > 1e-3 && length < 1e3 {
             self.heading = toward.map(|along| along / length);
         }
@@ -206,8 +215,10 @@ impl Tracker {
             (&mut self.ek, self.ee, self.kk),
             (&mut self.fk, self.ff, self.kk),
         ] {
-            let most = (a * b).sqrt();
-            *covariance = covariance.clamp(-most, most);
+            // Roots take long, and are seldom needed.
+            if *covariance * *covariance > a * b {
+                *covariance = (a * b).sqrt().copysign(*covariance);
+            }
         }
     }
 
@@ -219,8 +230,9 @@ impl Tracker {
 
 /// The normal distribution, in tables.
 pub struct Normal {
-    /// The share below, by standard deviations.
+    /// By standard deviations, the share below; and of what is below, how far its mean is from 0.
     below: Vec<f64>,
+    means: Vec<f64>,
 }
 
 /// Standard deviations on both sides, and places in the table for each.
@@ -238,15 +250,14 @@ impl Normal {
             let part = (at(i_f) + 4.0 * at(i_f + 0.5) + at(i_f + 1.0)) / (6.0 * FINE);
             below[i + 1] = below[i] + part;
         }
-        Normal { below }
+        let mean = |(i, below): (usize, &f64)| at(i as f64) / below.max(1e-12);
+        let means = below.iter().enumerate().map(mean).collect();
+        Normal { below, means }
     }
 
     /// The share below `t`.
     pub fn below(&self, t: f64) -> f64 {
-        let place = ((t + REACH) * FINE).clamp(0.0, (self.below.len() - 2) as f64 + 0.999);
-        let i = place as usize;
-        let part = place - i as f64;
-        self.below[i] * (1.0 - part) + self.below[i + 1] * part
+        between(&self.below, t)
     }
 
     /// Of what is below `t`: how far its mean is below 0, and by how much its variance is less than 1.
@@ -258,9 +269,17 @@ impl Normal {
             let t = t.max(-12.0);
             return (-t, 1.0);
         }
-        let ratio = density(t) / self.below(t).max(1e-12);
+        let ratio = between(&self.means, t);
         (ratio, (ratio * (ratio + t)).clamp(0.0, 1.0))
     }
+}
+
+/// What a table says for so many standard deviations.
+fn between(table: &[f64], t: f64) -> f64 {
+    let place = ((t + REACH) * FINE).clamp(0.0, (table.len() - 2) as f64 + 0.999);
+    let i = place as usize;
+    let part = place - i as f64;
+    table[i] * (1.0 - part) + table[i + 1] * part
 }
 
 /// e^(−t²/2) / √2π.
