@@ -110,11 +110,11 @@ fn more_pixels_than_memory_allows_are_refused_before_they_are_unpacked() {
 
 #[test]
 fn a_crowded_picture_is_refused_where_its_texels_take_more_than_memory_allows() {
-    let size = [80, 80];
-    let mut state = 1u32;
-    let noise = (0..size[0] * size[1]).map(|_| {
-        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        1 + (state >> 16) % 5
+    // Squares of three pixels: many lists, none of more than a few regions.
+    let size = [192, 192];
+    let noise = (0..size[0] * size[1]).map(|i: u32| {
+        let square: u32 = i % size[0] / 3 + 1000 * (i / size[0] / 3);
+        1 + (square.wrapping_mul(747_796_405).wrapping_add(2_891_336_453) >> 20) % 5
     });
     let source = Source::from_labels(size, noise.collect(), &limits()).unwrap();
     let bytes = file(&source);
