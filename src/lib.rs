@@ -5,7 +5,7 @@
 //! pixels ─ labels ─▶ labels ─ complex ─▶ complex ─ embed ─▶ embedding ─ fit ─▶ texels
 //!                                                                         │ model
 //!  bytes ◀── container ◀──────────────────────────────────────────────────┘
-//!  bytes ──▶ container ──▶ model ──▶ raster (CPU, f64 oracle) ──▶ pixels
+//!  bytes ──▶ container ──▶ model ──▶ raster (CPU: f64 oracle, quick painter) ──▶ pixels
 //!                               └──▶ gpu: pack ▶ upload ▶ shaders/*.wgsl ▶ pixels
 //! ```
 //!
