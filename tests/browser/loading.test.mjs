@@ -226,36 +226,80 @@ test('a viewer that lost its own file on the way says so, and retry works', asyn
   await close();
 });
 
-for (const backend of harness.BACKENDS) {
-  test(`a lost ${backend} device is an error, and retry takes a new one`, async () => {
-    const { page, uncaught, close } = await harness.newPage(browser);
-    await page.addInitScript(() => {
-      const getContext = OffscreenCanvas.prototype.getContext;
-      OffscreenCanvas.prototype.getContext = function (kind, ...rest) {
-        const context = getContext.call(this, kind, ...rest);
-        if (kind === 'webgl2') window.lose = () => context.getExtension('WEBGL_lose_context').loseContext();
-        return context;
-      };
-      const requestDevice = GPUAdapter.prototype.requestDevice;
-      GPUAdapter.prototype.requestDevice = async function (...rest) {
-        const device = await requestDevice.apply(this, rest);
-        window.lose = () => device.destroy();
-        return device;
-      };
-    });
-    await harness.openViewer(page, server.url, { backend });
-    await page.evaluate(async () => {
-      window.seen = [];
-      window.lose();
-      // The browser takes its time to report the loss; the first frame after the report finds out.
-      for (let scale = 1; scale < 50 && !window.seen.some(({ name }) => name === 'error'); scale++) {
-        document.querySelector('istar-viewer').zoomTo(3018, 684, scale);
-        await new Promise((done) => setTimeout(done, 100));
+/** A page whose devices can be lost, by `lose()`, and denied, by `denied = true`. */
+async function openLosable(backend) {
+  const opened = await harness.newPage(browser);
+  await opened.page.addInitScript(() => {
+    window.taken = 0;
+    const getContext = OffscreenCanvas.prototype.getContext;
+    OffscreenCanvas.prototype.getContext = function (kind, ...rest) {
+      if (kind === 'webgl2' && window.denied) return null;
+      const context = getContext.call(this, kind, ...rest);
+      if (kind === 'webgl2') {
+        window.taken++;
+        window.lose = () => context.getExtension('WEBGL_lose_context').loseContext();
       }
+      return context;
+    };
+    const requestDevice = GPUAdapter.prototype.requestDevice;
+    GPUAdapter.prototype.requestDevice = async function (...rest) {
+      if (window.denied) throw new Error('denied');
+      const device = await requestDevice.apply(this, rest);
+      window.taken++;
+      window.lose = () => device.destroy();
+      return device;
+    };
+  });
+  await harness.openViewer(opened.page, server.url, { backend });
+  return opened;
+}
+
+/** Loses the device, and moves until something comes of it: the browser takes its time to report the loss. */
+function lose(page) {
+  return page.evaluate(async () => {
+    const viewer = document.querySelector('istar-viewer');
+    const before = window.taken;
+    window.seen = [];
+    window.lose();
+    for (let i = 0; i < 50; i++) {
+      viewer.zoomTo(3018 + (i % 2), 684, 8);
+      await new Promise((done) => setTimeout(done, 100));
+      if (window.taken > before || window.seen.some(({ name }) => name === 'error')) break;
+    }
+  });
+}
+
+for (const backend of harness.BACKENDS) {
+  test(`a lost ${backend} device is replaced, and the view goes on`, async () => {
+    const { page, uncaught, close } = await openLosable(backend);
+    await harness.zoomTo(page, 3018, 684, 8);
+    const before = await harness.shot(page);
+    const file = page.waitForRequest('**/*.istar', { timeout: 2000 }).then(
+      () => true,
+      () => false,
+    );
+    await lose(page);
+    assert.equal(await page.evaluate(() => window.taken), 2);
+    await harness.zoomTo(page, 3018, 684, 8);
+    assert.deepEqual(await harness.shot(page), before);
+    assert.equal(await page.evaluate(() => window.seen.some(({ name }) => name === 'error')), false);
+    assert.equal(await file, false, 'the tiles that were there are not fetched again');
+    assert.deepEqual(uncaught, []);
+    await close();
+  });
+
+  test(`a lost ${backend} device that nothing replaces is an error, and retry takes a new one`, async () => {
+    const { page, uncaught, close } = await openLosable(backend);
+    await page.evaluate(() => {
+      window.denied = true;
     });
+    await lose(page);
     const detail = await harness.event(page, 'error');
     assert.equal(detail.kind, 'gpu');
     await alertOf(page).getByText(detail.message).waitFor();
+    await page.evaluate(() => {
+      window.denied = false;
+    });
     await page.getByRole('button', { name: 'Retry' }).click();
     await harness.event(page, 'load');
     assert.ok(harness.colors(await harness.shot(page)) > 1);

@@ -52,6 +52,8 @@ export class IStarViewer extends Base {
   #shown = false;
   /** The file changed while it was read, and is read once more. */
   #again = false;
+  /** The device was lost: a new one is awaited, or there and yet to draw a frame. */
+  #lost: 'no' | 'waiting' | 'replaced' = 'no';
 
   constructor() {
     super();
@@ -194,6 +196,7 @@ export class IStarViewer extends Base {
     this.#backend = undefined;
     this.#sent = undefined;
     this.#shown = false;
+    this.#lost = 'no';
     this.#hover.update(() => undefined);
   }
 
@@ -204,7 +207,14 @@ export class IStarViewer extends Base {
       this.#again = true;
       return;
     }
-    if (renderer && error.kind === 'gpu') dropRenderer(renderer);
+    if (renderer && error.kind === 'gpu') {
+      if (this.#lost === 'waiting') return;
+      if (this.#shown && this.#lost === 'no') {
+        this.#replace(renderer);
+        return;
+      }
+      dropRenderer(renderer);
+    }
     this.#loading?.abort();
     this.#close();
     this.#view.giveUp(error);
@@ -212,7 +222,28 @@ export class IStarViewer extends Base {
     this.#emit('error', { kind: error.kind, message: error.message });
   }
 
+  /** Takes a new device for the one that was lost. What was drawn last stays on the page meanwhile. */
+  async #replace(lost: Renderer): Promise<void> {
+    this.#lost = 'waiting';
+    const loading = this.#loading;
+    let ready: Renderer | undefined;
+    try {
+      await dropRenderer(lost);
+      ready = await sharedRenderer(chosenBackend(this.getAttribute('backend')));
+      if (loading?.signal.aborted) return;
+      this.#lost = 'replaced';
+      this.#backend = ready.backend;
+      this.#status.backend(ready.backend);
+      this.#view.moveTo(ready);
+    } catch (cause) {
+      if (loading?.signal.aborted) return;
+      this.#lost = 'replaced';
+      this.#fail(viewerError(cause, 'gpu'), ready);
+    }
+  }
+
   #drawn(first: boolean): void {
+    if (this.#lost === 'replaced') this.#lost = 'no';
     const { place, fitted } = this.#view;
     if (!place) return;
     this.#stage.toggleAttribute('data-zoomed', !fitted);

@@ -32,7 +32,7 @@ interface Loading {
 /** The tiles of a picture that a view needs, fetched as it moves, and those that it needed, as long as there is room. */
 export class Tiles {
   readonly file: PictureFile;
-  readonly #renderer: Renderer;
+  #renderer: Renderer;
   readonly #changed: () => void;
   readonly #failed: (cause: unknown) => void;
   readonly #tiles = new Map<string, Loaded>();
@@ -56,6 +56,16 @@ export class Tiles {
     for (const loaded of this.#tiles.values()) drop(loaded);
     this.#tiles.clear();
     this.file.free();
+  }
+
+  /** Puts all that is there on another renderer: the last one lost it. */
+  moveTo(renderer: Renderer): void {
+    this.#renderer = renderer;
+    for (const loaded of this.#tiles.values()) {
+      const scene = renderer.upload(loaded.tile);
+      loaded.scene.free();
+      loaded.scene = scene;
+    }
   }
 
   /** What is there of a view. What is missing is sent for, and what is no longer wanted is not waited for. */

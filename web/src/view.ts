@@ -86,6 +86,14 @@ export class View {
     this.redraw();
   }
 
+  /** Goes on with another renderer, because the last one lost its device: place and tiles stay. */
+  moveTo(renderer: Renderer): void {
+    if (!this.#shown) return;
+    this.#shown.tiles.moveTo(renderer);
+    this.#shown.renderer = renderer;
+    this.redraw();
+  }
+
   clear(): void {
     cancelAnimationFrame(this.#frame);
     this.#frame = 0;
@@ -240,6 +248,7 @@ export class View {
       // In the same task as the drawing: the renderer's canvas belongs to the next figure after it.
       this.#context.drawImage(renderer.canvas, 0, 0, width, height, 0, 0, width, height);
     } catch (cause) {
+      shown.complete = false;
       this.#hooks.failed(viewerError(cause, 'gpu'));
       return;
     }
