@@ -161,20 +161,21 @@ impl Layout {
             let to = ((end[axis] / width).ceil() as u32).saturating_sub(1).min(most);
             [from, to.max(from)]
         });
-        let mut found = Vec::new();
-        for y in reach[1][0]..=reach[1][1] {
-            for x in reach[0][0]..=reach[0][1] {
-                found.push(TileAt { level, at: [x, y] });
-            }
-        }
-        let distance = |tile: &TileAt| {
-            let from_middle = |axis: usize| {
-                (f64::from(tile.at[axis]) + 0.5) * width - 0.5 * (first[axis] + end[axis])
-            };
+        let distance = |at: [u32; 2]| {
+            let from_middle =
+                |axis: usize| (f64::from(at[axis]) + 0.5) * width - 0.5 * (first[axis] + end[axis]);
             from_middle(0).powi(2) + from_middle(1).powi(2)
         };
-        found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        found
+        let mut found: Vec<(f64, TileAt)> = Vec::new();
+        for y in reach[1][0]..=reach[1][1] {
+            for x in reach[0][0]..=reach[0][1] {
+                // Each in its place: a view has few, and sorting would be a part of the viewer.
+                let far = distance([x, y]);
+                let place = found.partition_point(|&(other, _)| other <= far);
+                found.insert(place, (far, TileAt { level, at: [x, y] }));
+            }
+        }
+        found.into_iter().map(|(_, tile)| tile).collect()
     }
 
     /// The parts of the directory, in order.
