@@ -1,5 +1,5 @@
 // What parts the regions inside a cell, and how much of a pixel each covers. Twin:
-// src/raster/reference.rs, in f64. Distances are in sub-samples (screen pixels where there is one).
+// src/raster/{reference,shares}.rs, in f64. Distances are in sub-samples (screen pixels where there is one).
 
 // A cut in the table: a biquadratic polynomial of the place in its cell, as three columns of
 // coefficients (of x^0, x^1, x^2, each for y^0, y^1, y^2), and a word beside each.

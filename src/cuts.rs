@@ -135,7 +135,6 @@ impl Candidates {
         (kept, seen)
     }
 
-    #[cfg(feature = "gpu")]
     /// Whether cut `k` parts nothing: its candidates are in one place.
     pub fn is_level(&self, k: usize) -> bool {
         self.planes[k].0 == [0.0; 3]

@@ -3,6 +3,7 @@
 mod fast;
 mod reference;
 mod seams;
+mod shares;
 mod within;
 
 pub use fast::Painter;

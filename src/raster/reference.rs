@@ -2,6 +2,7 @@
 //!
 //! `shaders/decode.wgsl` does the same in f32; `tests/suite/gpu.rs` compares them.
 
+use super::shares::{Linear, REACH, share_of_square, shares_of_three};
 use crate::camera::Camera;
 use crate::gamma;
 use crate::grid::Point;
@@ -155,11 +156,8 @@ fn sample_color(model: &Image, point: &Point<2>, sub_pixel: Option<f64>) -> [f64
 struct Side {
     node: NodeId,
     distance: f64,
-    linear: [f64; 3],
+    linear: Linear,
 }
-
-/// Half the diagonal of a sub-sample: one further from all boundaries is of one region.
-const REACH: f64 = 0.7072;
 
 /// How much of a sub-sample up to three nodes cover.
 fn shares(model: &Image, point: &Point<2>, sub_pixel: f64) -> [Option<(NodeId, f64)>; 3] {
@@ -198,40 +196,10 @@ fn shares(model: &Image, point: &Point<2>, sub_pixel: f64) -> [Option<(NodeId, f
         let own = share_of_square(near.distance, [near.linear[1], near.linear[2]]);
         return [Some((winner, own)), Some((near.node, 1.0 - own)), None];
     };
-    // Three regions meet: sixteen places in the pixel, no two in a row or a column.
+    // Three regions meet.
     let between = linear(near.node, next.node).unwrap_or([0.0; 3]);
-    let mut counts = [0.0; 3];
-    for i in 0..16u32 {
-        let row = [8, 0, 12, 4][(i & 3) as usize] + [1, 3, 0, 2][(i >> 2) as usize];
-        let [x, y] = [i, row].map(|n| (f64::from(n) + 0.5) / 16.0 - 0.5);
-        let at = |[p, by_x, by_y]: [f64; 3]| p + by_x * x + by_y * y;
-        let owner = if at(near.linear) >= 0.0 && at(next.linear) >= 0.0 {
-            0
-        } else if at(between) >= 0.0 {
-            1
-        } else {
-            2
-        };
-        counts[owner] += 1.0 / 16.0;
-    }
+    let counts = shares_of_three(near.linear, next.linear, between);
     [Some((winner, counts[0])), Some((near.node, counts[1])), Some((next.node, counts[2]))]
-}
-
-/// How much of a unit square lies on the positive side of a line at `distance` from its middle, which
-/// lies there too.
-fn share_of_square(distance: f64, normal: [f64; 2]) -> f64 {
-    let length = normal[0].hypot(normal[1]);
-    let steep = normal.map(|n| n.abs() / length);
-    let (a, b) = (steep[0].max(steep[1]), steep[0].min(steep[1]));
-    let left = 0.5 * (a + b) - distance;
-    if left <= 0.0 {
-        1.0
-    } else if left > b {
-        // The line leaves a trapezium on its other side, else a triangle.
-        0.5 + distance / a
-    } else {
-        1.0 - left * left / (2.0 * a * b)
-    }
 }
 
 fn node_color(model: &Image, node: NodeId) -> [f64; 4] {
@@ -246,27 +214,4 @@ fn straight([r, g, b, a]: [f64; 4]) -> [u8; 4] {
         return [0; 4];
     }
     [r * 255.0 / a, g * 255.0 / a, b * 255.0 / a, a].map(|c| c.round().clamp(0.0, 255.0) as u8)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::share_of_square;
-
-    #[test]
-    fn a_share_is_the_area_under_the_line() {
-        for normal in [[1.0, 0.0], [0.3, -0.9], [0.7, 0.7], [-0.2, 0.05]] {
-            let length = f64::hypot(normal[0], normal[1]);
-            for distance in [0.0, 0.1, 0.3, 0.45, 0.6, 0.8] {
-                let steps = 400;
-                let at = |i: usize| (i as f64 + 0.5) / steps as f64 - 0.5;
-                let inside = (0..steps * steps).filter(|i| {
-                    let p = normal[0] * at(i % steps) + normal[1] * at(i / steps);
-                    p / length + distance > 0.0
-                });
-                let area = inside.count() as f64 / (steps * steps) as f64;
-                let share = share_of_square(distance, normal);
-                assert!((share - area).abs() < 0.003, "{normal:?} {distance}: {share} {area}");
-            }
-        }
-    }
 }

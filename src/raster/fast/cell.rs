@@ -1,6 +1,8 @@
-//! A cell as a view sees it: its cuts in f32 as polynomials of the pixel.
+//! A cell as a view sees it: its cuts as polynomials of the pixel.
 
+use super::super::shares::{Linear, REACH, share_of_square, shares_of_three};
 use crate::cuts::{Biquadratic, Candidates};
+use crate::gamma;
 use crate::limits::MAX_CANDIDATES;
 use crate::model::RegionId;
 use std::borrow::Cow;
@@ -28,12 +30,6 @@ pub(super) struct Row<T> {
     value: [T; 3],
     down: [T; 3],
 }
-
-/// What a cut is about a pixel's middle: its value there, and its gradient.
-pub(super) type Linear<T> = [T; 3];
-
-/// Half the diagonal of a pixel: one further from all boundaries is of one region.
-pub(super) const REACH: f32 = 0.7072;
 
 impl<'a> CellView<'a> {
     /// Of the cuts of a cell about the middle of what is seen of it, which is `reach` pixels away at
@@ -80,14 +76,14 @@ impl<'a> CellView<'a> {
         for other in (0..regions.len()).filter(|&other| neighbours[winner] >> other & 1 == 1) {
             // Most are too far away, whatever the gradient is.
             let apart = values[winner] - values[other];
-            if !by_pairs && apart > f64::from(REACH) * self.steepest(winner, other) {
+            if !by_pairs && apart > REACH * self.steepest(winner, other) {
                 continue;
             }
             let linear = self.between(rows, x, winner, other);
             let steepness = (linear[1] * linear[1] + linear[2] * linear[2]).sqrt();
             let distance = linear[0].max(0.0) / steepness;
             // Not a number where it is level: then too it is far away.
-            if distance < f64::from(REACH) {
+            if distance < REACH {
                 let side = Side { candidate: other, region: regions[other], distance, linear };
                 sides = with(sides, side);
             }
@@ -107,7 +103,7 @@ impl<'a> CellView<'a> {
     }
 
     /// p of two candidates, positive on the side of the first of them.
-    fn between(&self, rows: &[Row<f64>], x: f64, i: usize, j: usize) -> Linear<f64> {
+    fn between(&self, rows: &[Row<f64>], x: f64, i: usize, j: usize) -> Linear {
         if self.candidates.by_pairs {
             let at = rows[self.candidates.pair(i.min(j), i.max(j))].at(x);
             return if i < j { at.map(|n| -n) } else { at };
@@ -124,21 +120,11 @@ impl<'a> CellView<'a> {
     }
 
     fn deepest(&self, rows: &[Row<f64>], x: f64) -> usize {
-        let count = self.candidates.nodes.len();
-        let mut depth = [f64::INFINITY; MAX_CANDIDATES];
-        let mut rows = rows.iter();
-        for i in 0..count {
-            for j in i + 1..count {
-                let Some(row) = rows.next() else { break };
-                let p = row.value(x);
-                // Nothing parts two nodes in one place.
-                if row.value != [0.0; 3] || row.down != [0.0; 3] {
-                    depth[i] = depth[i].min(-p);
-                    depth[j] = depth[j].min(p);
-                }
-            }
-        }
-        (0..count).reduce(|best, i| if depth[i] > depth[best] { i } else { best }).unwrap_or(0)
+        let p = |i: usize, j: usize| {
+            let pair = self.candidates.pair(i, j);
+            (!self.candidates.is_level(pair)).then(|| -rows[pair].value(x))
+        };
+        gamma::deepest(self.candidates.nodes.len(), p).unwrap_or(0)
     }
 }
 
@@ -160,7 +146,7 @@ struct Side {
     candidate: usize,
     region: RegionId,
     distance: f64,
-    linear: Linear<f64>,
+    linear: Linear,
 }
 
 /// The nearest sides of two regions, with one more.
@@ -191,44 +177,9 @@ impl<T: Copy + Add<Output = T> + Mul<Output = T>> Row<T> {
     }
 
     #[inline]
-    pub fn at(&self, x: T) -> Linear<T> {
+    pub fn at(&self, x: T) -> [T; 3] {
         let [_, b, c] = self.value;
         let [d, e, f] = self.down;
         [self.value(x), b + (x + x) * c, d + x * (e + x * f)]
     }
-}
-
-/// How much of a unit square lies on the positive side of a line at `distance` from its middle, which
-/// lies there too.
-pub(super) fn share_of_square(distance: f64, normal: [f64; 2]) -> f64 {
-    let [x, y] = normal.map(f64::abs);
-    let length = (x * x + y * y).sqrt();
-    let (a, b) = (x.max(y) / length, x.min(y) / length);
-    let left = 0.5 * (a + b) - distance;
-    if left <= 0.0 {
-        1.0
-    } else if left > b {
-        0.5 + distance / a
-    } else {
-        1.0 - left * left / (2.0 * a * b)
-    }
-}
-
-/// Where three regions meet: sixteen places in the pixel, no two in a row or a column.
-fn shares_of_three(near: Linear<f64>, next: Linear<f64>, between: Linear<f64>) -> [f64; 3] {
-    const ROWS: [u8; 16] = [9, 1, 13, 5, 11, 3, 15, 7, 8, 0, 12, 4, 10, 2, 14, 6];
-    let mut counts = [0.0; 3];
-    for (i, row) in (0u8..).zip(ROWS) {
-        let [x, y] = [i, row].map(|n| (f64::from(n) + 0.5) / 16.0 - 0.5);
-        let at = |[p, by_x, by_y]: Linear<f64>| p + by_x * x + by_y * y;
-        let owner = if at(near) >= 0.0 && at(next) >= 0.0 {
-            0
-        } else if at(between) >= 0.0 {
-            1
-        } else {
-            2
-        };
-        counts[owner] += 1.0 / 16.0;
-    }
-    counts
 }

@@ -8,12 +8,13 @@
 mod cell;
 mod spans;
 
+use super::shares::{REACH, share_of_square};
 use crate::camera::Camera;
 use crate::cuts::{self, Candidates, Deciding};
 use crate::grid;
 use crate::model::{Block, Cells, Image, RegionId};
 use crate::placement::{Placement, SceneView};
-use cell::{CellView, Cut, REACH, Row, share_of_square};
+use cell::{CellView, Cut, Row};
 use spans::{Axis, Span};
 use std::ops::Range;
 
@@ -28,6 +29,9 @@ pub struct Painter<'a> {
 
 /// Rows of sub-samples that are drawn before they are averaged, about.
 const SUB_ROWS: u32 = 64;
+
+/// What is this far from a boundary, squared, is of one region.
+const REACH_SQUARED: f32 = (REACH * REACH) as f32;
 
 /// Pixels that are looked at together.
 const LANES: usize = 16;
@@ -283,7 +287,7 @@ fn paint_pair(
         for ((value, beyond), column) in values.iter_mut().zip(&mut beyond).zip(columns) {
             let [p, by_x, by_y] = cut.at(column - middle);
             *value = p;
-            *beyond = p * p - REACH * REACH * (by_x * by_x + by_y * by_y);
+            *beyond = p * p - REACH_SQUARED * (by_x * by_x + by_y * by_y);
         }
         for (i, (pixel, column)) in pixels.iter_mut().zip(columns).enumerate() {
             if beyond[i] >= 0.0 {

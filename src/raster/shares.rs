@@ -1,0 +1,68 @@
+//! How much of a pixel lies on which side of the boundaries near its middle, these taken as straight.
+
+/// What p is about a pixel's middle: its value there, and its gradient in pixels.
+pub(super) type Linear = [f64; 3];
+
+/// Half the diagonal of a pixel: one further from all boundaries is of one region.
+pub(super) const REACH: f64 = 0.7072;
+
+/// How much of a pixel lies on the positive side of a line at `distance` from its middle, which lies there
+/// too.
+pub(super) fn share_of_square(distance: f64, normal: [f64; 2]) -> f64 {
+    let [x, y] = normal.map(f64::abs);
+    let length = (x * x + y * y).sqrt();
+    let (a, b) = (x.max(y) / length, x.min(y) / length);
+    let left = 0.5 * (a + b) - distance;
+    if left <= 0.0 {
+        1.0
+    } else if left > b {
+        // The line leaves a trapezium on its other side, else a triangle.
+        0.5 + distance / a
+    } else {
+        1.0 - left * left / (2.0 * a * b)
+    }
+}
+
+/// How much of a pixel each of three regions covers: the middle's own, the nearest and the next. The
+/// first two are positive on the middle's side of each, `between` on the side of the nearest. Sixteen
+/// places in the pixel are counted, no two in a row or a column.
+pub(super) fn shares_of_three(near: Linear, next: Linear, between: Linear) -> [f64; 3] {
+    const ROWS: [u8; 16] = [9, 1, 13, 5, 11, 3, 15, 7, 8, 0, 12, 4, 10, 2, 14, 6];
+    let mut counts = [0.0; 3];
+    for (i, row) in (0u8..).zip(ROWS) {
+        let [x, y] = [i, row].map(|n| (f64::from(n) + 0.5) / 16.0 - 0.5);
+        let at = |[p, by_x, by_y]: Linear| p + by_x * x + by_y * y;
+        let owner = if at(near) >= 0.0 && at(next) >= 0.0 {
+            0
+        } else if at(between) >= 0.0 {
+            1
+        } else {
+            2
+        };
+        counts[owner] += 1.0 / 16.0;
+    }
+    counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::share_of_square;
+
+    #[test]
+    fn a_share_is_the_area_under_the_line() {
+        for normal in [[1.0, 0.0], [0.3, -0.9], [0.7, 0.7], [-0.2, 0.05]] {
+            let length = f64::hypot(normal[0], normal[1]);
+            for distance in [0.0, 0.1, 0.3, 0.45, 0.6, 0.8] {
+                let steps = 400;
+                let at = |i: usize| (i as f64 + 0.5) / steps as f64 - 0.5;
+                let inside = (0..steps * steps).filter(|i| {
+                    let p = normal[0] * at(i % steps) + normal[1] * at(i / steps);
+                    p / length + distance > 0.0
+                });
+                let area = inside.count() as f64 / (steps * steps) as f64;
+                let share = share_of_square(distance, normal);
+                assert!((share - area).abs() < 0.003, "{normal:?} {distance}: {share} {area}");
+            }
+        }
+    }
+}
