@@ -72,10 +72,10 @@ pub fn run(args: &Args) -> Outcome {
 
 /// Rows of a view that are drawn at a time, where the tiles of all are too many to be held at once.
 const BAND: u32 = 256;
-/// Rows that one core draws at a time.
-const ROWS_AT_ONCE: u32 = 128;
 /// Tiles that are.
 const MOST_AT_ONCE: usize = 64;
+/// Rows that one core draws at a time.
+const ROWS_AT_ONCE: u32 = 128;
 
 /// Draws a view of a file of texels, with no more of its tiles in memory than a band of the view needs.
 pub fn draw_tiles(
@@ -116,7 +116,8 @@ pub fn draw_cpu(image: &Image, camera: &Camera, antialias: bool) -> Vec<[u8; 4]>
     let mut pixels = vec![[0; 4]; istar::grid::count([width, height])];
     let painter = raster::Painter::new(image);
     // A cell is looked at once a band.
-    let bands = pixels.par_chunks_mut((width * ROWS_AT_ONCE).max(1) as usize).enumerate();
+    let band = (width as usize * ROWS_AT_ONCE as usize).max(1);
+    let bands = pixels.par_chunks_mut(band).enumerate();
     bands.for_each(|(band, rows)| {
         painter.draw(camera, band as u32 * ROWS_AT_ONCE, antialias, rows);
         bar.inc(u64::from(ROWS_AT_ONCE));
