@@ -31,6 +31,7 @@ mod kernel;
 mod limits;
 pub mod model;
 mod placement;
+mod places;
 pub mod raster;
 
 #[cfg(feature = "encode")]
@@ -73,6 +74,8 @@ mod wasm_archive;
 mod wasm_error;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]
 mod wasm_fit;
+#[cfg(all(feature = "encode", target_arch = "wasm32"))]
+mod wasm_paint;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]
 mod wasm_topology;
 
