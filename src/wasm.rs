@@ -4,7 +4,7 @@ use crate::gpu::browser::{self, Choice};
 use crate::grid::Point;
 use crate::placement::Placement;
 use crate::wasm_archive::Tile;
-use crate::wasm_error::thrown;
+use crate::wasm_error::{tell_of_panics, thrown};
 use std::cell::RefCell;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
@@ -46,22 +46,25 @@ impl Camera {
         self.0.zoom(factor, [x, y]);
     }
 
-    /// Puts a source place in the middle, at `scale` device pixels per source pixel.
+    /// Puts a source place in the middle, at `scale` device pixels per source pixel. Fractions of a pixel may
+    /// be given apart, so that no digit is lost.
     #[wasm_bindgen(js_name = lookAt)]
-    pub fn look_at(&mut self, x: f64, y: f64, scale: f64) {
-        self.0.look_at(Point::new([x, y]), scale);
+    pub fn look_at(
+        &mut self,
+        x: f64,
+        y: f64,
+        scale: f64,
+        #[wasm_bindgen(js_name = moreX)] more_x: f64,
+        #[wasm_bindgen(js_name = moreY)] more_y: f64,
+    ) {
+        self.0.look_at(Point::new([x, y]).offset([more_x, more_y]), scale);
     }
 
-    /// The source x in the middle of the viewport.
-    #[wasm_bindgen(getter)]
-    pub fn x(&self) -> f64 {
-        self.0.center().to_f64()[0]
-    }
-
-    /// The source y in the middle of the viewport.
-    #[wasm_bindgen(getter)]
-    pub fn y(&self) -> f64 {
-        self.0.center().to_f64()[1]
+    /// The source place in the middle of the viewport: x and y in whole pixels, and the fraction of each.
+    #[wasm_bindgen(unchecked_return_type = "[number, number, number, number]")]
+    pub fn place(&self) -> Vec<f64> {
+        let Point { whole: [x, y], frac } = self.0.center();
+        vec![x as f64, y as f64, frac[0], frac[1]]
     }
 
     /// Device pixels per source pixel.
@@ -84,7 +87,7 @@ impl Renderer {
     pub async fn create(
         #[wasm_bindgen(unchecked_param_type = "'auto' | 'webgpu' | 'webgl2'")] backend: String,
     ) -> Result<Renderer, JsValue> {
-        console_error_panic_hook::set_once();
+        tell_of_panics();
         let choice = match backend.as_str() {
             "webgpu" => Choice::WebGpu,
             "webgl2" => Choice::WebGl2,

@@ -9,7 +9,7 @@ use crate::model::{Image, RegionId};
 use crate::placement::Placement;
 use crate::raster;
 use crate::wasm::Camera;
-use crate::wasm_error::thrown;
+use crate::wasm_error::{tell_of_panics, thrown};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 
@@ -22,7 +22,7 @@ impl Archive {
     /// How many bytes from the start of a file its head has, as far as the first of them tell: no more than
     /// those when all of it is there. Throws an `Error` whose name is `malformed`, `unsupported` or `limit`.
     pub fn needs(start: &[u8]) -> std::result::Result<f64, JsValue> {
-        console_error_panic_hook::set_once();
+        tell_of_panics();
         match Index::open(start, &Limits::default()).map_err(thrown)? {
             Opened::Needs(bytes) => Ok(bytes as f64),
             Opened::Index(_) => Ok(0.0),
@@ -119,17 +119,9 @@ impl Archive {
     ) -> std::result::Result<Tile, JsValue> {
         let read = || -> Result<Tile> {
             let at = TileAt { level, at: [x, y] };
-            let layout = self.0.layout();
             let container::Tile { model, regions, .. } =
                 container::read_tile(&self.0, at, bytes, &Limits::default())?;
-            let step_log2 = level * LEVEL_STEP_LOG2;
-            let origin = layout.tile_rect(at).0.map(|along| along << step_log2);
-            // The last pixels of a coarser level reach beyond the picture.
-            let size = std::array::from_fn(|axis| {
-                let most = layout.size[axis] - origin[axis];
-                u64::from(most).min(u64::from(model.size[axis]) << step_log2) as u32
-            });
-            let placement = Placement { origin, step_log2, size };
+            let placement = self.0.layout().placement(at);
             Ok(Tile { model: Rc::new(model), regions, placement })
         };
         read().map_err(thrown)

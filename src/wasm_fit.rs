@@ -1,7 +1,7 @@
 //! What the viewer asks of the encoder: texels for a file that holds labels.
 
 use crate::limits::Limits;
-use crate::wasm_error::thrown;
+use crate::wasm_error::{tell_of_panics, thrown};
 use crate::{container, open};
 use wasm_bindgen::prelude::*;
 
@@ -9,7 +9,7 @@ use wasm_bindgen::prelude::*;
 /// Throws an `Error` whose name is `malformed`, `unsupported` or `limit`.
 #[wasm_bindgen(js_name = fitTexels)]
 pub fn fit_texels(bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
-    console_error_panic_hook::set_once();
+    tell_of_panics();
     let fitted = open(bytes, &Limits::default()).and_then(|image| container::write(&image));
     fitted.map_err(thrown)
 }

@@ -8,7 +8,7 @@ use crate::forbid::forbid;
 use crate::grid;
 use crate::labels::{Connectivity, Regions, Source, components};
 use crate::limits::Limits;
-use crate::wasm_error::thrown;
+use crate::wasm_error::{tell_of_panics, thrown};
 use wasm_bindgen::prelude::*;
 
 /// The regions of a picture: who is next to whom, what lies in what, and the picture as a file.
@@ -26,7 +26,7 @@ impl Topology {
     /// is `usage` or `limit`.
     #[wasm_bindgen(js_name = fromLabels)]
     pub fn from_labels(width: u32, height: u32, labels: Vec<u32>) -> Result<Topology, JsValue> {
-        console_error_panic_hook::set_once();
+        tell_of_panics();
         let source = Source::from_labels([width, height], labels, &Limits::default());
         Self::new(source.map_err(thrown)?).map_err(thrown)
     }
@@ -35,7 +35,7 @@ impl Topology {
     /// `fromLabels`.
     #[wasm_bindgen(js_name = fromPixels)]
     pub fn from_pixels(width: u32, height: u32, pixels: &[u8]) -> Result<Topology, JsValue> {
-        console_error_panic_hook::set_once();
+        tell_of_panics();
         let (colors, rest) = pixels.as_chunks::<4>();
         if !rest.is_empty() {
             return Err(thrown(Error::Usage("pixels have four bytes each".into())));

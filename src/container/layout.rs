@@ -5,6 +5,7 @@ use crate::gamma::Gamma;
 use crate::grid;
 use crate::kernel::Kernel;
 use crate::limits::Limits;
+use crate::placement::Placement;
 
 /// log₂ of how many pixels of a level a pixel of the next coarser one stands for, along each axis.
 pub const LEVEL_STEP_LOG2: u8 = 2;
@@ -126,6 +127,19 @@ impl Layout {
         let size = self.level_size(tile.level);
         let width = 1 << self.tile_log2;
         (first, std::array::from_fn(|axis| (size[axis] - first[axis]).min(width)))
+    }
+
+    /// Where a tile lies in the picture.
+    pub fn placement(&self, tile: TileAt) -> Placement {
+        let step_log2 = tile.level * LEVEL_STEP_LOG2;
+        let (first, size) = self.tile_rect(tile);
+        let origin = first.map(|along| along << step_log2);
+        // The last pixels of a coarser level reach beyond the picture.
+        let size = std::array::from_fn(|axis| {
+            let most = self.size[axis] - origin[axis];
+            u64::from(most).min(u64::from(size[axis]) << step_log2) as u32
+        });
+        Placement { origin, step_log2, size }
     }
 
     /// Whether a file of this layout has such a tile.

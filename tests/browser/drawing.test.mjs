@@ -42,7 +42,7 @@ for (const backend of harness.BACKENDS) {
       for (const scale of [1, 30, 1000]) {
         await harness.zoomTo(page, aim.x, aim.y, scale);
         await t.test(`${scale}×`, () => matches(page, `${name}-${backend}-${scale}`, name));
-        aim = await boundaryInSight(page);
+        aim = await harness.boundaryInSight(page);
       }
 
       assert.deepEqual(uncaught, []);
@@ -61,19 +61,4 @@ async function matches(page, label, name) {
   if (share <= DIFFERING_SHARE) return;
   const kept = harness.keepFailure(label, expected, picture, actual);
   assert.fail(`${(share * 100).toFixed(3)} % of the pixels differ, see ${kept}`);
-}
-
-/** The source place of the boundary nearest to the view's middle on its middle row. */
-async function boundaryInSight(page) {
-  const { x, y, scale } = await harness.place(page);
-  const offset = await page.evaluate(() => {
-    const viewer = document.querySelector('istar-viewer');
-    const box = viewer.getBoundingClientRect();
-    const [mx, my] = [box.left + box.width / 2, box.top + box.height / 2];
-    const steps = [...Array(Math.floor(box.width) - 2).keys()].map((i) => i + 1 - box.width / 2);
-    steps.sort((a, b) => Math.abs(a) - Math.abs(b));
-    return steps.find((d) => viewer.pick(mx + d - 0.5, my) !== viewer.pick(mx + d + 0.5, my));
-  });
-  assert.notEqual(offset, undefined, 'no boundary in sight');
-  return { x: x + offset / scale, y };
 }

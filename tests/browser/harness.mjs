@@ -85,6 +85,21 @@ export function place(page) {
   });
 }
 
+/** The source place of the boundary nearest to the view's middle on its middle row. */
+export async function boundaryInSight(page) {
+  const { x, y, scale } = await place(page);
+  const offset = await page.evaluate(() => {
+    const viewer = document.querySelector('istar-viewer');
+    const box = viewer.getBoundingClientRect();
+    const [mx, my] = [box.left + box.width / 2, box.top + box.height / 2];
+    const steps = [...Array(Math.floor(box.width) - 2).keys()].map((i) => i + 1 - box.width / 2);
+    steps.sort((a, b) => Math.abs(a) - Math.abs(b));
+    return steps.find((d) => viewer.pick(mx + d - 0.5, my) !== viewer.pick(mx + d + 0.5, my));
+  });
+  if (offset === undefined) throw new Error('no boundary in sight');
+  return { x: x + offset / scale, y };
+}
+
 export async function zoomTo(page, x, y, scale) {
   await page.evaluate(
     async ([x, y, scale]) => {

@@ -201,13 +201,13 @@ test('without WebGPU, WebGL2 draws', async () => {
   await close();
 });
 
-test('without any GPU it says so', async () => {
+test('without the GPU that is asked for it says so', async () => {
   const { page, uncaught, close } = await harness.newPage(browser);
   await page.addInitScript(() => {
     delete Navigator.prototype.gpu;
     OffscreenCanvas.prototype.getContext = () => null;
   });
-  await page.goto(`${server.url}view.html?src=gallery/map.istar`);
+  await page.goto(`${server.url}view.html?backend=webgl2&src=gallery/map.istar`);
   const detail = await harness.event(page, 'error');
   assert.equal(detail.kind, 'gpu');
   await alertOf(page).getByText(detail.message).waitFor();

@@ -18,6 +18,13 @@ export interface TileId {
   key: string;
 }
 
+/** A tile as it is in its file. */
+export interface RawTile extends TileId {
+  /** The file's first bytes. */
+  head: Uint8Array;
+  bytes: Uint8Array;
+}
+
 /** Bytes of the file, and what they are. */
 export interface Piece {
   offset: number;
@@ -127,7 +134,7 @@ export class PictureFile {
   async read(
     piece: Piece,
     signal: AbortSignal,
-    each: (id: TileId, tile: Tile | ViewerError) => void,
+    each: (raw: RawTile, tile: Tile | ViewerError) => void,
   ): Promise<void> {
     const bytes = await this.#bytes(piece.offset, piece.length, signal);
     try {
@@ -137,14 +144,15 @@ export class PictureFile {
     }
     for (const { id, offset, length } of piece.tiles) {
       const from = offset - piece.offset;
+      const raw = { ...id, head: this.#start, bytes: bytes.subarray(from, from + length) };
       let tile: Tile;
       try {
-        tile = this.archive.readTile(id.level, id.x, id.y, bytes.subarray(from, from + length));
+        tile = this.archive.readTile(id.level, id.x, id.y, raw.bytes);
       } catch (cause) {
-        each(id, await this.#damaged(cause, signal));
+        each(raw, await this.#damaged(cause, signal));
         continue;
       }
-      each(id, tile);
+      each(raw, tile);
     }
   }
 

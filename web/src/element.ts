@@ -1,16 +1,23 @@
-import type { Renderer } from '#wasm';
 import { make } from './dom.js';
 import css from './element.css';
-import { type Backend, chosenBackend, dropRenderer, openFile, sharedRenderer } from './engine.js';
+import {
+  type Backend,
+  chosenBackend,
+  dropRenderer,
+  openFile,
+  type Renderer,
+  sharedRenderer,
+} from './engine.js';
 import { viewerError } from './errors.js';
 import { Frames } from './frames.js';
 import { listenForGestures } from './gestures.js';
+import { Hash } from './hash.js';
 import { Hover } from './hover.js';
 import { listenForKeys } from './keyboard.js';
 import { Message } from './message.js';
 import { FetchSource } from './source.js';
 import { Status } from './status.js';
-import { type Place, View } from './view.js';
+import { View } from './view.js';
 import { listenForWheel } from './wheel.js';
 
 // A server that renders pages imports this too, and has no HTMLElement.
@@ -35,7 +42,7 @@ function styles(): CSSStyleSheet {
  * source pixel.
  */
 export class IStarViewer extends Base {
-  static readonly observedAttributes = ['src', 'alt', 'backend'];
+  static readonly observedAttributes = ['src', 'alt', 'backend', 'hash'];
 
   #view!: View;
   #stage!: HTMLElement;
@@ -44,10 +51,12 @@ export class IStarViewer extends Base {
   #status!: Status;
   #message!: Message;
   #hover!: Hover;
+  #hash: Hash;
   #loading: AbortController | undefined;
   #open = false;
   #backend: Backend | undefined;
-  #sent: Place | undefined;
+  /** The view that was told of last. */
+  #sent = '';
   /** The first frame of the picture is there. */
   #shown = false;
   /** The file changed while it was read, and is read once more. */
@@ -61,6 +70,12 @@ export class IStarViewer extends Base {
       drawn: (first) => this.#drawn(first),
       failed: (cause) => this.#fail(cause),
     });
+    this.#hash = new Hash(
+      () => (this.#view.fitted ? '' : this.#view.text),
+      (text) => {
+        this.place = text;
+      },
+    );
     this.#fallback = make('slot', '');
     this.#stage = make('div', 'stage', this.#view.canvas);
     this.#stage.tabIndex = 0;
@@ -101,6 +116,17 @@ export class IStarViewer extends Base {
     this.#still(() => this.#view.lookAt(x, y, scale));
   }
 
+  /** The view as text, `x,y,scale`, with every digit: what it is set to is shown exactly so. Empty while there is no picture. */
+  get place(): string {
+    return this.#view.text;
+  }
+
+  set place(text: string) {
+    this.#still(() => {
+      this.#view.text = text;
+    });
+  }
+
   /** Shows all of the picture. */
   fit(): void {
     this.#still(() => this.#view.fit());
@@ -131,7 +157,7 @@ export class IStarViewer extends Base {
     if (this.#open) return;
     this.#open = true;
     this.#label();
-    this.#view.watch(true);
+    this.#hash.follow(this.getAttribute('hash'));
     this.#load();
   }
 
@@ -143,6 +169,7 @@ export class IStarViewer extends Base {
       this.#loading?.abort();
       this.#frames.stop();
       this.#view.watch(false);
+      this.#hash.follow(null);
       this.#close();
     });
   }
@@ -150,7 +177,13 @@ export class IStarViewer extends Base {
   attributeChangedCallback(name: string, before: string | null, now: string | null): void {
     if (!this.#open || before === now) return;
     if (name === 'alt') this.#label();
-    else this.#load();
+    else if (name === 'hash') {
+      this.#hash.follow(now);
+      this.#hash.read();
+    } else {
+      if (name === 'src' && this.#shown) this.#hash.forget();
+      this.#load();
+    }
   }
 
   async #load(): Promise<void> {
@@ -183,6 +216,7 @@ export class IStarViewer extends Base {
       this.#backend = ready.backend;
       this.style.setProperty('--istar-aspect', `${file.archive.width} / ${file.archive.height}`);
       this.#view.show(file, ready);
+      this.#hash.read();
     } catch (cause) {
       if (!loading.signal.aborted) this.#fail(cause, ready);
     }
@@ -194,7 +228,7 @@ export class IStarViewer extends Base {
     this.#fallback.removeAttribute('data-covered');
     this.#message.clear();
     this.#backend = undefined;
-    this.#sent = undefined;
+    this.#sent = '';
     this.#shown = false;
     this.#lost = 'no';
     this.#hover.update(() => undefined);
@@ -257,9 +291,10 @@ export class IStarViewer extends Base {
       this.#fallback.toggleAttribute('data-covered', true);
       this.#emit('load', undefined);
     }
-    const sent = this.#sent;
-    if (sent && place.x === sent.x && place.y === sent.y && place.scale === sent.scale) return;
-    this.#sent = place;
+    const { text } = this.#view;
+    if (text === this.#sent) return;
+    this.#sent = text;
+    this.#hash.write();
     this.#emit('viewchange', place);
   }
 

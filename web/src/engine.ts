@@ -1,10 +1,27 @@
-import init, { Renderer } from '#wasm';
-import { PictureFile } from './archive.js';
+import init, { type Camera, Renderer as GpuRenderer, type Tile } from '#wasm';
+import { PictureFile, type RawTile } from './archive.js';
 import { ViewerError, viewerError } from './errors.js';
 import type { Source } from './source.js';
 
-export type Backend = 'webgpu' | 'webgl2';
+export type Backend = 'webgpu' | 'webgl2' | 'cpu';
 export type BackendChoice = Backend | 'auto';
+
+/** A tile where it is drawn. */
+export interface Scene {
+  free(): void;
+}
+
+/** What draws: the module's own on a GPU, or that of cpu.ts. */
+export interface Renderer {
+  readonly backend: Backend;
+  /** What `draw` has painted, where it returns nothing: to be copied in the same task. */
+  readonly canvas?: OffscreenCanvas;
+  upload(tile: Tile, raw: RawTile): Scene;
+  place(scene: Scene, tile: Tile): void;
+  /** Draws what was placed since the last frame in so many pixels; the camera has as many. */
+  // biome-ignore lint/suspicious/noConfusingVoidType: what wasm returns.
+  draw(camera: Camera, width: number, height: number): Promise<ImageBitmap> | void;
+}
 
 let module: Promise<void> | undefined;
 const renderers = new Map<BackendChoice, Promise<Renderer>>();
@@ -12,14 +29,18 @@ const renderers = new Map<BackendChoice, Promise<Renderer>>();
 /** The page's address may force a back end (`?backend=webgl2`), for comparing them; else the attribute does. */
 export function chosenBackend(attribute: string | null): BackendChoice {
   const forced = new URLSearchParams(location.search).get('backend');
-  return [forced, attribute].find((name) => name === 'webgpu' || name === 'webgl2') ?? 'auto';
+  return [forced, attribute].find(isBackend) ?? 'auto';
+}
+
+function isBackend(name: string | null): name is Backend {
+  return name === 'webgpu' || name === 'webgl2' || name === 'cpu';
 }
 
 /** The page's one renderer for that choice: many figures share one device. */
 export async function sharedRenderer(choice: BackendChoice): Promise<Renderer> {
   let renderer = renderers.get(choice);
   if (!renderer) {
-    renderer = loadModule().then(() => Renderer.create(choice));
+    renderer = loadModule().then(() => create(choice));
     renderers.set(choice, renderer);
     renderer.catch(() => renderers.delete(choice));
   }
@@ -28,6 +49,17 @@ export async function sharedRenderer(choice: BackendChoice): Promise<Renderer> {
   } catch (cause) {
     throw viewerError(cause, 'gpu');
   }
+}
+
+/** WebGPU, else WebGL2, else a worker, as far as the choice is free. */
+async function create(choice: BackendChoice): Promise<Renderer> {
+  // Fetched only where it is needed.
+  const cpu = async () => (await import('./cpu.js')).create();
+  if (choice === 'cpu') return cpu();
+  return GpuRenderer.create(choice).catch((cause) => {
+    const fault = () => Promise.reject(cause);
+    return choice === 'auto' ? cpu().catch(fault) : fault();
+  });
 }
 
 /** Called when a renderer fails, so that the next try starts with a new device. Other figures may still hold the old one. */

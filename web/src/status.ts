@@ -1,4 +1,7 @@
 import { make } from './dom.js';
+import type { Backend } from './engine.js';
+
+const BACKENDS: Record<Backend, string> = { webgpu: 'WebGPU', webgl2: 'WebGL2', cpu: 'CPU' };
 
 /** The readout in the corner: zoom, region under the pointer, back end. */
 export class Status {
@@ -27,8 +30,8 @@ export class Status {
     this.#swatch.style.backgroundColor = `#${region.color.toString(16).padStart(8, '0')}`;
   }
 
-  backend(name: 'webgpu' | 'webgl2'): void {
-    this.#backend.textContent = name === 'webgpu' ? 'WebGPU' : 'WebGL2';
+  backend(name: Backend): void {
+    this.#backend.textContent = BACKENDS[name];
   }
 }
 

@@ -1,5 +1,6 @@
-import type { Camera, Renderer, Scene, Tile } from '#wasm';
-import type { PictureFile, Piece, TileId } from './archive.js';
+import type { Camera, Tile } from '#wasm';
+import type { PictureFile, Piece, RawTile, TileId } from './archive.js';
+import type { Renderer, Scene } from './engine.js';
 import { ViewerError, viewerError } from './errors.js';
 
 /** Requests under way at once: what a browser opens to one server without HTTP/2. */
@@ -9,7 +10,7 @@ const BUDGET = 192 * 1024 * 1024;
 
 /** A tile that is there, and on the GPU. */
 export interface Loaded {
-  id: TileId;
+  id: RawTile;
   tile: Tile;
   scene: Scene;
   /** The frame that last showed it. */
@@ -62,7 +63,7 @@ export class Tiles {
   moveTo(renderer: Renderer): void {
     this.#renderer = renderer;
     for (const loaded of this.#tiles.values()) {
-      const scene = renderer.upload(loaded.tile);
+      const scene = renderer.upload(loaded.tile, loaded.id);
       loaded.scene.free();
       loaded.scene = scene;
     }
@@ -163,13 +164,13 @@ export class Tiles {
     if (!signal.aborted) this.#changed();
   }
 
-  #add(id: TileId, tile: Tile): void {
+  #add(id: RawTile, tile: Tile): void {
     if (this.#tiles.has(id.key)) {
       tile.free();
       return;
     }
     try {
-      const scene = this.#renderer.upload(tile);
+      const scene = this.#renderer.upload(tile, id);
       this.#tiles.set(id.key, { id, tile, scene, used: this.#frame });
       this.#bytes += tile.bytes;
     } catch (cause) {

@@ -1,6 +1,9 @@
-import { Camera, type Renderer } from '#wasm';
+import { Camera } from '#wasm';
 import type { PictureFile } from './archive.js';
+import type { Renderer } from './engine.js';
 import { viewerError } from './errors.js';
+import { Pace } from './pace.js';
+import { placeText, readPlace } from './place.js';
 import { type Loaded, Tiles } from './tiles.js';
 
 /** Centre in source pixels; `scale` is CSS pixels of the screen per source pixel. */
@@ -20,10 +23,19 @@ interface Shown {
   tiles: Tiles;
   renderer: Renderer;
   camera: Camera;
+  /** The camera in as many pixels as are drawn. */
+  eye: Camera;
   /** What the last frame showed, coarser tiles first. */
   drawn: Loaded[];
   /** The last frame showed all of the view. */
   complete: boolean;
+}
+
+/** A frame of `width` × `height` device pixels, drawn in fewer where each stands for `step` of them along each axis. */
+interface DrawnFrame extends Size {
+  shown: Shown;
+  size: Size;
+  step: number;
 }
 
 export interface ViewHooks {
@@ -47,6 +59,11 @@ export class View {
   #fitted = true;
   #first = true;
   #frame = 0;
+  readonly #pace = new Pace(() => this.redraw());
+  /** What a worker paints now, and whether another frame is due after it. */
+  #painting: 'nothing' | 'frame' | 'stale' = 'nothing';
+  #inSight = true;
+  readonly #sight: IntersectionObserver;
   #waiting: { resolve: () => void; reject: (cause: unknown) => void }[] = [];
 
   constructor(hooks: ViewHooks) {
@@ -55,12 +72,20 @@ export class View {
       const entry = entries.at(-1);
       if (entry) this.#resized(deviceSize(entry));
     });
+    this.#sight = new IntersectionObserver((entries) => {
+      const wasInSight = this.#inSight;
+      this.#inSight = entries.at(-1)?.isIntersecting ?? true;
+      if (!wasInSight) this.redraw();
+    });
   }
 
   /** Starts or stops following the figure's size. */
   watch(on: boolean): void {
     this.#observer.disconnect();
+    this.#sight.disconnect();
+    this.#inSight = true;
     if (!on) return;
+    this.#sight.observe(this.canvas);
     try {
       this.#observer.observe(this.canvas, { box: 'device-pixel-content-box' });
     } catch {
@@ -78,12 +103,14 @@ export class View {
       () => this.redraw(),
       (cause) => this.#hooks.failed(cause),
     );
-    const camera = new Camera(file.archive.width, file.archive.height);
-    this.#shown = { tiles, renderer, camera, drawn: [], complete: false };
+    const { width, height } = file.archive;
+    const [camera, eye] = [new Camera(width, height), new Camera(width, height)];
+    this.#shown = { tiles, renderer, camera, eye, drawn: [], complete: false };
     this.#fitted = true;
     this.#first = true;
-    this.#applySize();
-    this.redraw();
+    // The figure may take another shape for this picture. Its size is told anew, and with that it is drawn.
+    this.#size = { width: 0, height: 0 };
+    this.watch(true);
   }
 
   /** Goes on with another renderer, because the last one lost its device: place and tiles stay. */
@@ -101,6 +128,7 @@ export class View {
     this.#shown = undefined;
     shown?.tiles.free();
     shown?.camera.free();
+    shown?.eye.free();
     this.#context?.clearRect(0, 0, this.canvas.width, this.canvas.height);
   }
 
@@ -129,7 +157,21 @@ export class View {
 
   get place(): Place | undefined {
     const camera = this.#shown?.camera;
-    return camera && { x: camera.x, y: camera.y, scale: camera.scale / this.#ratio };
+    if (!camera) return undefined;
+    const [x, y, moreX, moreY] = camera.place();
+    return { x: x + moreX, y: y + moreY, scale: camera.scale / this.#ratio };
+  }
+
+  /** The place with every digit; empty where there is none. */
+  get text(): string {
+    const camera = this.#shown?.camera;
+    return camera ? placeText(camera.place(), camera.scale / this.#ratio) : '';
+  }
+
+  /** Nothing happens where it is no such text. */
+  set text(text: string) {
+    const sight = readPlace(text);
+    if (sight) this.lookAt(...sight);
   }
 
   pan(dx: number, dy: number): void {
@@ -149,8 +191,8 @@ export class View {
     this.#move((camera) => camera.zoom(factor, this.#size.width / 2, this.#size.height / 2));
   }
 
-  lookAt(x: number, y: number, scale: number): void {
-    this.#move((camera) => camera.lookAt(x, y, scale * this.#ratio));
+  lookAt(x: number, y: number, scale: number, moreX = 0, moreY = 0): void {
+    this.#move((camera) => camera.lookAt(x, y, scale * this.#ratio, moreX, moreY));
   }
 
   fit(): void {
@@ -192,9 +234,11 @@ export class View {
 
   /** Resolves when the canvas shows the current view, with all of its tiles. */
   settled(): Promise<void> {
-    if (this.#shown?.complete && this.#frame === 0 && !this.#first) return Promise.resolve();
+    if (this.#shown?.complete && this.#frame === 0 && this.#painting === 'nothing') return Promise.resolve();
     return new Promise((resolve, reject) => {
       this.#waiting.push({ resolve, reject });
+      // It may be out of sight.
+      this.redraw();
     });
   }
 
@@ -208,22 +252,20 @@ export class View {
     this.#fitted = false;
     this.#shown.complete = false;
     change(this.#shown.camera);
+    this.#pace.moved();
     this.redraw();
   }
 
   #resized(size: Size): void {
     if (size.width === this.#size.width && size.height === this.#size.height) return;
     this.#size = size;
-    this.#applySize();
+    const { width, height } = size;
+    if (this.#shown && width > 0 && height > 0) {
+      this.#shown.camera.resize(width, height);
+      if (this.#fitted) this.#shown.camera.fit();
+    }
     // Drawn at once: waiting for the next frame would show a stretched one.
     this.#draw();
-  }
-
-  #applySize(): void {
-    const { width, height } = this.#size;
-    if (!this.#shown || width === 0 || height === 0) return;
-    this.#shown.camera.resize(width, height);
-    if (this.#fitted) this.#shown.camera.fit();
   }
 
   #draw(): void {
@@ -231,31 +273,73 @@ export class View {
     this.#frame = 0;
     const { width, height } = this.#size;
     // A hidden figure has no size, and is drawn when it gets one.
-    if (!this.#shown || !this.#context || width === 0 || height === 0) return;
+    if (!this.#shown || width === 0 || height === 0) return;
     const shown = this.#shown;
-    const { renderer, camera } = shown;
+    shown.complete = false;
+    // Out of sight nothing is drawn but what somebody waits for.
+    if (!this.#inSight && !this.#first && this.#waiting.length === 0) return;
+    if (this.#painting !== 'nothing') {
+      this.#painting = 'stale';
+      return;
+    }
+    const { renderer, camera, eye } = shown;
+    let frame: DrawnFrame;
+    let later: Promise<ImageBitmap> | undefined;
     try {
       const { tiles, complete } = shown.tiles.frame(camera);
       // It may have failed, and all that is shown with it.
       if (this.#shown !== shown) return;
-      Object.assign(shown, { drawn: tiles, complete });
+      shown.drawn = tiles;
       if (tiles.length === 0) return;
+      const step = this.#pace.next();
+      const size = { width: Math.ceil(width / step), height: Math.ceil(height / step) };
+      const [x, y, moreX, moreY] = camera.place();
+      eye.resize(size.width, size.height);
+      eye.lookAt(x, y, camera.scale / step, moreX, moreY);
       for (const { tile, scene } of tiles) renderer.place(scene, tile);
-      renderer.draw(camera);
-      if (this.canvas.width !== width || this.canvas.height !== height)
-        Object.assign(this.canvas, this.#size);
-      this.#context.clearRect(0, 0, width, height);
-      // In the same task as the drawing: the renderer's canvas belongs to the next figure after it.
-      this.#context.drawImage(renderer.canvas, 0, 0, width, height, 0, 0, width, height);
+      later = renderer.draw(eye, size.width, size.height) ?? undefined;
+      frame = { shown, size, step, width, height };
+      shown.complete = complete && step === 1;
     } catch (cause) {
-      shown.complete = false;
-      this.#hooks.failed(viewerError(cause, 'gpu'));
+      this.#fail(shown, cause);
       return;
     }
+    if (later) this.#paintLater(frame, later);
+    else if (renderer.canvas) this.#paint(frame, renderer.canvas);
+  }
+
+  async #paintLater(frame: DrawnFrame, later: Promise<ImageBitmap>): Promise<void> {
+    this.#painting = 'frame';
+    const image = await later.catch((cause) => cause);
+    const isStale = this.#painting !== 'frame';
+    this.#painting = 'nothing';
+    if (this.#shown === frame.shown) {
+      if (image instanceof ImageBitmap) this.#paint(frame, image);
+      else this.#fail(frame.shown, image);
+    }
+    if (isStale) this.redraw();
+  }
+
+  #paint({ shown, size, step, width, height }: DrawnFrame, image: CanvasImageSource): void {
+    const context = this.#context;
+    if (!context) return;
+    if (this.canvas.width !== width || this.canvas.height !== height)
+      Object.assign(this.canvas, { width, height });
+    context.clearRect(0, 0, width, height);
+    // In the same task as the drawing: the renderer's canvas belongs to the next figure after it.
+    const [w, h] = [size.width * step, size.height * step];
+    const [x, y] = [(width - w) / 2, (height - h) / 2];
+    context.drawImage(image, 0, 0, size.width, size.height, x, y, w, h);
+    this.#pace.drawn();
     const first = this.#first;
     this.#first = false;
     this.#hooks.drawn(first);
     if (shown.complete) for (const { resolve } of this.#waiting.splice(0)) resolve();
+  }
+
+  #fail(shown: Shown, cause: unknown): void {
+    shown.complete = false;
+    this.#hooks.failed(viewerError(cause, 'gpu'));
   }
 }
 

@@ -66,7 +66,8 @@ function wasmModule({ name, profile, features, optimize }) {
   const bound = at('target', 'web', `${name}_bg.wasm`);
   whenChanged(bound, [compiled, WASM_BINDGEN, at('web', 'tasks', 'shorten.mjs')], () => {
     // Without a default path: a bundle must name its module once, where bundlers find it.
-    const options = ['--target', 'web', '--omit-default-module-path', '--out-dir', at('target', 'web')];
+    const options = ['--target', 'web', '--omit-default-module-path', '--encode-into', 'always'];
+    options.push('--out-dir', at('target', 'web'));
     run(bin('wasm-bindgen'), [...options, '--out-name', name, compiled]);
     shortenImports(at('target', 'web', `${name}.js`), bound);
   });
@@ -79,8 +80,10 @@ function wasmModule({ name, profile, features, optimize }) {
 }
 
 export async function bundle() {
-  await bundled('web/src/element.ts', 'istar.js', ['istar_bg.wasm', 'istar-fitter.js']);
+  await bundled('web/src/element.ts', 'istar.js', ['istar_bg.wasm', 'istar-fitter.js', 'istar-cpu.js']);
   await bundled('web/src/fitter.ts', 'istar-fitter.js', ['istar_encoder_bg.wasm']);
+  await bundled('web/src/cpu.ts', 'istar-cpu.js', ['istar-painter.js']);
+  await bundled('web/src/painter.ts', 'istar-painter.js', ['istar_encoder_bg.wasm']);
 }
 
 /** A script in dist, which names each of the files that it fetches once. */
@@ -95,16 +98,24 @@ async function bundled(entry, name, fetched) {
       });
     },
   };
+  const fetchedModule = {
+    name: 'module-fetched-when-used',
+    setup(on) {
+      on.onResolve({ filter: /^\.\/cpu\.js$/ }, () => ({ path: './istar-cpu.js', external: true }));
+    },
+  };
   const { outputFiles } = await build({
     absWorkingDir: at(),
     entryPoints: [entry],
     tsconfig: 'web/tsconfig.json',
     bundle: true,
     minify: true,
+    // The glue's own, at every call of the module.
+    mangleProps: /^__(wbg_ptr|wrap|destroy_into_raw)$/,
     format: 'esm',
     target: 'es2022',
     write: false,
-    plugins: [minifiedText],
+    plugins: [minifiedText, fetchedModule],
   });
   const script = outputFiles[0].text;
   for (const file of fetched) {

@@ -1,5 +1,6 @@
 // wasm-bindgen names each of the module's several hundred imports at length and with a hash, in both halves, and that does not
-// compress: a tenth of the download. Here they get short names, and imports that do the same become one.
+// compress: a tenth of the download. Here they get short names, and imports that do the same become one. Its loader takes a module
+// in many forms, of which the viewer knows one.
 import { readFileSync, writeFileSync } from 'node:fs';
 import { TaskError } from './project.mjs';
 
@@ -7,6 +8,21 @@ import { TaskError } from './project.mjs';
 const PROPERTY = /^ {8}(\w+): ((?:function\(|\S+,$)[\s\S]*?)(?=\n {8}\w+: |\n {4}\};)/gm;
 const OPENING = 'const import0 = {\n        __proto__: null,\n';
 const CLOSING = '\n    };';
+const LOADER = 'async function __wbg_load(';
+const EXPORTS = '\nexport { initSync, __wbg_init as default };';
+
+/** Takes a response, of which the caller has seen that it is one. Browsers compile it while it arrives where its type is right. */
+const SMALL_LOADER = `async function __wbg_init({ module_or_path: response }) {
+    const imports = __wbg_get_imports();
+    const isWasm = response.headers.get('content-type') === 'application/wasm';
+    const { instance, module } = await (isWasm
+        ? WebAssembly.instantiateStreaming(response, imports)
+        : WebAssembly.instantiate(await response.arrayBuffer(), imports));
+    return __wbg_finalize_init(instance, module);
+}
+
+export { __wbg_init as default };
+`;
 
 /** Rewrites both files in place. */
 export function shortenImports(glue, module) {
@@ -23,9 +39,16 @@ export function shortenImports(glue, module) {
     if (!shortByBody.has(same)) shortByBody.set(same, `i${shortByBody.size.toString(36)}`);
     shortByName.set(name, shortByBody.get(same));
   }
-  const properties = [...shortByBody].map(([body, short]) => `        ${short}: ${body},`).join('\n');
+  const properties = [...shortByBody].map(([body, short]) =>
+    // As methods.
+    body.startsWith('function(') ? `        ${short}${body.slice(8)},` : `        ${short}: ${body},`,
+  );
+  const loader = text.indexOf(LOADER, end);
+  if (loader < 0 || text.indexOf(EXPORTS, loader) < 0)
+    throw new TaskError(`${glue} has an unknown loader: see web/tasks/shorten.mjs`);
   writeFileSync(module, renameImports(readFileSync(module), shortByName));
-  writeFileSync(glue, text.slice(0, start) + properties + text.slice(end));
+  const rest = text.slice(end, loader) + SMALL_LOADER;
+  writeFileSync(glue, text.slice(0, start) + properties.join('\n') + rest);
 }
 
 const HEADER_BYTES = 8;

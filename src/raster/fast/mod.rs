@@ -16,11 +16,12 @@ use crate::model::{Block, Cells, Image, RegionId};
 use crate::placement::{Placement, SceneView};
 use cell::{CellView, Cut, Row};
 use spans::{Axis, Span};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Draws views of a picture quickly.
 pub struct Painter<'a> {
-    image: &'a Image,
+    image: Cow<'a, Image>,
     /// What each candidate list says of its cells.
     lists: Vec<Option<Deciding>>,
     /// The colour of each region, straight.
@@ -40,7 +41,16 @@ impl<'a> Painter<'a> {
     /// For a picture that [`Model::check`](crate::Model::check) holds for, in time linear in its
     /// candidate lists.
     pub fn new(image: &'a Image) -> Self {
-        let lists = (0..image.lists.len() as u32).map(|list| Deciding::new(image, list)).collect();
+        Painter::with(Cow::Borrowed(image))
+    }
+
+    /// The same for a picture to be kept.
+    pub fn owning(image: Image) -> Painter<'static> {
+        Painter::with(Cow::Owned(image))
+    }
+
+    fn with(image: Cow<'a, Image>) -> Self {
+        let lists = (0..image.lists.len() as u32).map(|list| Deciding::new(&image, list)).collect();
         let shown = |color: [u8; 4]| if color[3] == 0 { [0; 4] } else { color };
         let colors = image.regions.iter().map(|region| shown(region.color)).collect();
         Painter { image, lists, colors }
@@ -224,7 +234,7 @@ impl<'a> Painter<'a> {
         // And a little beyond, where a boundary may pass that reaches in.
         let [w, h] = pixels.map(|pixels| 0.5 * pixels.len() as f64 + 2.0);
         let reach = w.max(h);
-        let value = cuts::value(self.image, block.cells, cell);
+        let value = cuts::value(&self.image, block.cells, cell);
         let about = |k: usize| candidates.cut(k, &value).about(from, unit);
         let middle = [0, 1].map(|axis| block.axes[axis].screen_at(middle[axis]));
         let columns = block.axes[0].screen(pixels[0]);

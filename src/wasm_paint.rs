@@ -1,0 +1,92 @@
+//! The classes by which a worker of the viewer paints where there is no GPU. Thin: what they do is in
+//! `container` and `raster`. The viewer's own module is built without them.
+
+use crate::camera::Camera;
+use crate::container::{Index, Opened, TileAt, decode_tile};
+use crate::error::{Error, Result};
+use crate::grid::{self, Point};
+use crate::limits::Limits;
+use crate::placement::Placement;
+use crate::raster::Painter;
+use crate::wasm_error::{tell_of_panics, thrown};
+use wasm_bindgen::Clamped;
+use wasm_bindgen::prelude::*;
+
+/// A tile of a picture, to be painted.
+#[wasm_bindgen]
+pub struct PaintedTile {
+    painter: Painter<'static>,
+    placement: Placement,
+    picture: [u32; 2],
+}
+
+#[wasm_bindgen]
+impl PaintedTile {
+    /// Reads a tile from the head of its file and its own bytes, which have been checked by the viewer.
+    /// Throws an `Error` whose name is `malformed`, `unsupported` or `limit`.
+    pub fn read(
+        head: &[u8],
+        level: u8,
+        x: u32,
+        y: u32,
+        bytes: &[u8],
+    ) -> std::result::Result<PaintedTile, JsValue> {
+        tell_of_panics();
+        let read = || -> Result<PaintedTile> {
+            let tile = TileAt { level, at: [x, y] };
+            let Opened::Index(index) = Index::open(head, &Limits::default())? else {
+                return Err(Error::malformed("file", "it was cut short"));
+            };
+            let layout = index.layout();
+            if !layout.contains(tile) {
+                return Err(Error::Usage(format!("the file has no {tile}")));
+            }
+            let (placement, picture) = (layout.placement(tile), layout.size);
+            let image = decode_tile(&index, tile, bytes, &Limits::default())?.model;
+            Ok(PaintedTile { painter: Painter::owning(image), placement, picture })
+        };
+        read().map_err(thrown)
+    }
+}
+
+/// The pixels of a view, to be painted tile by tile.
+#[wasm_bindgen]
+pub struct Frame {
+    viewport: [u32; 2],
+    center: Point<2>,
+    scale: f64,
+    pixels: Vec<[u8; 4]>,
+}
+
+#[wasm_bindgen]
+impl Frame {
+    /// Of so many pixels, transparent, with a place of the picture in the middle: x and y in whole source
+    /// pixels, and the fraction of each. Throws an `Error` whose name is `limit`.
+    #[wasm_bindgen(constructor)]
+    pub fn new(
+        width: u32,
+        height: u32,
+        scale: f64,
+        x: f64,
+        y: f64,
+        #[wasm_bindgen(js_name = moreX)] more_x: f64,
+        #[wasm_bindgen(js_name = moreY)] more_y: f64,
+    ) -> std::result::Result<Frame, JsValue> {
+        let viewport = [width, height];
+        Limits::default().check_size(viewport).map_err(thrown)?;
+        let center = Point::new([x, y]).offset([more_x, more_y]);
+        Ok(Frame { viewport, center, scale, pixels: vec![[0; 4]; grid::count(viewport)] })
+    }
+
+    /// Paints a tile over what is there.
+    pub fn paint(&mut self, tile: &PaintedTile) {
+        let mut camera = Camera::new(tile.picture, self.viewport);
+        camera.look_at(self.center, self.scale);
+        tile.painter.draw_scene(&tile.placement, &camera, 0, true, &mut self.pixels);
+    }
+
+    /// Straight R, G, B, A bytes, row by row, as in `ImageData`.
+    pub fn pixels(self) -> Clamped<Vec<u8>> {
+        Clamped(self.pixels.into_flattened())
+    }
+}
