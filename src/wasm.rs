@@ -130,3 +130,12 @@ impl Renderer {
 /// A picture on the GPU, for the renderer that uploaded it.
 #[wasm_bindgen]
 pub struct Scene(Rc<browser::Scene>);
+
+#[wasm_bindgen]
+impl Scene {
+    /// Bytes of GPU memory that it takes, about.
+    #[wasm_bindgen(getter)]
+    pub fn bytes(&self) -> f64 {
+        self.0.bytes() as f64
+    }
+}

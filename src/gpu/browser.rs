@@ -38,6 +38,14 @@ enum Device {
 pub struct Scene {
     image: Rc<Image>,
     textures: Textures,
+    bytes: usize,
+}
+
+impl Scene {
+    /// Bytes of GPU memory that it takes, but for a few from close by.
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
 }
 
 enum Textures {
@@ -89,7 +97,8 @@ impl Renderer {
             Device::WebGpu(device) => Textures::WebGpu(device.upload(&packed)?),
             Device::WebGl(device) => Textures::WebGl(device.upload(&packed)?),
         };
-        Ok(Scene { image, textures })
+        let bytes = packed.tables().iter().map(|table| table.bytes.len()).sum();
+        Ok(Scene { image, textures, bytes })
     }
 
     /// Gives a region another colour (straight RGBA): four bytes to the GPU, nothing decoded anew.

@@ -13,7 +13,7 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 use wasm_bindgen_futures::JsFuture;
-use web_sys::OffscreenCanvas;
+use web_sys::{Event, OffscreenCanvas};
 
 /// The largest canvas side; every WebGPU device has textures as large.
 const MAX_SIDE: u32 = 8192;
@@ -96,7 +96,7 @@ impl WebGpu {
         };
         let device: Device = wait(adapter.request_device(), "the GPU gave no device").await?;
         let failure = Failure::default();
-        let on_error = report_to(&device, &failure);
+        let on_error = report_to(&device, &failure, canvas.clone());
 
         let format = gpu.preferred_canvas_format().into();
         let layouts = bind_group_layouts(&device);
@@ -273,12 +273,19 @@ async fn wait<T: JsCast>(promise: Promise, doing: &str) -> Result<T> {
     }
 }
 
-/// Hears of what goes wrong on the device.
-fn report_to(device: &Device, failure: &Failure) -> Closure<dyn FnMut(JsValue)> {
+/// Hears of what goes wrong on the device. Of its loss the canvas tells as one of WebGL2 does.
+fn report_to(
+    device: &Device,
+    failure: &Failure,
+    canvas: OffscreenCanvas,
+) -> Closure<dyn FnMut(JsValue)> {
     let (lost, loss) = (failure.clone(), JsFuture::from(device.lost()));
     wasm_bindgen_futures::spawn_local(async move {
         if let Ok(info) = loss.await {
             lost.set(failed("the GPU device was lost", message(&info)).to_string());
+            if let Ok(event) = Event::new("webglcontextlost") {
+                let _ = canvas.dispatch_event(&event);
+            }
         }
     });
     let uncaptured = failure.clone();

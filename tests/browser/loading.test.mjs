@@ -288,6 +288,26 @@ for (const backend of harness.BACKENDS) {
     await close();
   });
 
+  test(`a lost ${backend} device is replaced while the view rests, and nobody sees it`, async () => {
+    const { page, uncaught, close } = await openLosable(backend);
+    await harness.zoomTo(page, 3018, 684, 8);
+    const before = await harness.shot(page);
+    const ms = await page.evaluate(async () => {
+      const viewer = document.querySelector('istar-viewer');
+      const start = performance.now();
+      window.lose();
+      while (window.taken === 1) await new Promise(requestAnimationFrame);
+      await viewer.painted;
+      return performance.now() - start;
+    });
+    console.log(`${backend}: the view is back ${ms.toFixed()} ms after the device was lost`);
+    const after = await harness.shot(page);
+    assert.deepEqual(after, before);
+    assert.equal(await page.evaluate(() => window.taken), 2);
+    assert.deepEqual(uncaught, []);
+    await close();
+  });
+
   test(`a lost ${backend} device that nothing replaces is an error, and retry takes a new one`, async () => {
     const { page, uncaught, close } = await openLosable(backend);
     await page.evaluate(() => {

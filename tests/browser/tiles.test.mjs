@@ -1,98 +1,18 @@
 // Files in tiles and levels: what is fetched for a view, and what is shown until it is there.
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { crc32, gzipSync } from 'node:zlib';
-import { PNG } from 'pngjs';
-import { checkedCli as cli } from '../../web/tasks/project.mjs';
+import { gzipSync } from 'node:zlib';
 import * as harness from './harness.mjs';
+import { encodedQuilt, huge } from './pictures.mjs';
 
 const VIEWPORT = { width: 480, height: 360 };
 /** As in drawing.test.mjs. */
 const CHANNEL_TOLERANCE = 2;
 const DIFFERING_SHARE = 0.001;
-
-/** A quilt of discs on squares, each in one of some colours. */
-function quilt(width, height) {
-  const png = new PNG({ width, height });
-  for (let y = 0; y < height; y++) {
-    for (let x = 0; x < width; x++) {
-      const inDisc = Math.hypot((x % 64) - 31.5, (y % 64) - 31.5) < 22;
-      const square = (x >> 6) * 7 + (y >> 6) * 3;
-      const color = inDisc ? [40 * (square % 6), 200, 90] : [230, 30 * (square % 8), 60];
-      png.data.set([...color, 255], 4 * (y * width + x));
-    }
-  }
-  return PNG.sync.write(png);
-}
-
-function encoded(name, [width, height], ...options) {
-  const [png, file] = [join(folder, `${name}.png`), join(folder, `${name}.istar`)];
-  writeFileSync(png, quilt(width, height));
-  execFileSync(cli, ['encode', png, '-o', file, ...options], { stdio: ['ignore', 'ignore', 'inherit'] });
-  return file;
-}
-
-function varint(number) {
-  const bytes = [];
-  for (; number > 0x7f; number = Math.floor(number / 128)) bytes.push((number % 128) | 0x80);
-  return Buffer.from([...bytes, number]);
-}
-
-function u32(number) {
-  const bytes = Buffer.alloc(4);
-  bytes.writeUInt32LE(number >>> 0);
-  return bytes;
-}
-
-/**
- * The head of a file of 65,536 × 65,536 pixels, all of whose tiles are that of a file of 1024 × 1024: as SPEC.md says. The file
- * itself is never made, only what is asked for: `slice`.
- */
-function huge(small) {
-  const start = 40 + small.readUInt32LE(32);
-  const tile = small.subarray(start);
-  const entry = Buffer.concat([varint(tile.length), u32(crc32(tile))]);
-  const leaf = (tiles) => Buffer.concat(Array(tiles).fill(entry));
-  // Levels of 1, 4², 16² tiles are in the root; that of 64² tiles in 16 parts.
-  const root = [varint(1000), varint(0)];
-  const sections = [];
-  for (const tiles of [1, 16, 256]) {
-    root.push(varint(0), leaf(tiles));
-    sections.push(Array(tiles).fill(tile));
-  }
-  const part = leaf(256);
-  for (let i = 0; i < 16; i++) {
-    root.push(varint(part.length), u32(crc32(part)), varint(256 * tile.length));
-    sections.push([part, ...Array(256).fill(tile)]);
-  }
-  const header = Buffer.from(small.subarray(0, 36));
-  header.writeUInt32LE(65536, 16);
-  header.writeUInt32LE(65536, 20);
-  header[28] = 10;
-  header[29] = 4;
-  const rootBytes = Buffer.concat(root);
-  header.writeUInt32LE(rootBytes.length, 32);
-  const head = Buffer.concat([header, u32(crc32(Buffer.concat([header, rootBytes]))), rootBytes]);
-  const pieces = [head, ...sections.flat()];
-  const length = pieces.reduce((sum, piece) => sum + piece.length, 0);
-  const slice = (from, to) => {
-    const found = [];
-    let at = 0;
-    for (const piece of pieces) {
-      if (at < to && at + piece.length > from) {
-        found.push(piece.subarray(Math.max(0, from - at), Math.max(0, Math.min(piece.length, to - at))));
-      }
-      at += piece.length;
-    }
-    return Buffer.concat(found);
-  };
-  return { length, slice, tile: tile.length };
-}
 
 let folder;
 let server;
@@ -108,8 +28,8 @@ let answers;
 
 before(async () => {
   folder = mkdtempSync(join(tmpdir(), 'istar-'));
-  const quilted = readFileSync(encoded('quilt', [2048, 1536], '--tile-size', '256'));
-  const small = readFileSync(encoded('small', [1024, 1024]));
+  const quilted = readFileSync(encodedQuilt(folder, 'quilt', [2048, 1536], '--tile-size', '256'));
+  const small = readFileSync(encodedQuilt(folder, 'small', [1024, 1024]));
   pictures = {
     quilt: { length: quilted.length, slice: (from, to) => quilted.subarray(from, to) },
     huge: huge(small),

@@ -52,12 +52,12 @@ class CpuRenderer implements Renderer {
     });
   }
 
-  upload(_: Tile, raw: RawTile): PaintedScene {
+  upload({ bytes: size }: Tile, raw: RawTile): PaintedScene {
     const tile = ++this.#last;
     // Of its own: what is sent is a whole buffer.
     const bytes = raw.bytes.slice();
     this.#post({ ...raw, tile, bytes }, [bytes.buffer]);
-    return { tile, free: () => this.#post({ free: tile }) };
+    return { tile, bytes: size, free: () => this.#post({ free: tile }) };
   }
 
   place(scene: PaintedScene): void {

@@ -8,6 +8,8 @@ export type BackendChoice = Backend | 'auto';
 
 /** A tile where it is drawn. */
 export interface Scene {
+  /** What it takes of memory, the GPU's or that of a worker. */
+  readonly bytes: number;
   free(): void;
 }
 

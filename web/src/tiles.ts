@@ -5,14 +5,17 @@ import { ViewerError, viewerError } from './errors.js';
 
 /** Requests under way at once: what a browser opens to one server without HTTP/2. */
 const MOST_REQUESTS = 6;
-/** Tiles that are on no screen are kept as long as all take no more than this, in bytes. */
+/** Tiles that are on no screen are kept as long as all take no more than this, here and on the GPU, in bytes. */
 const BUDGET = 192 * 1024 * 1024;
+/** On small devices, for each GB that they have: where the browser tells. */
+const BUDGET_A_GB = 64 * 1024 * 1024;
 
-/** A tile that is there, and on the GPU. */
+/** A tile that is there. */
 export interface Loaded {
   id: RawTile;
   tile: Tile;
-  scene: Scene;
+  /** Where it is drawn; once it has been. */
+  scene: Scene | undefined;
   /** The frame that last showed it. */
   used: number;
 }
@@ -54,19 +57,18 @@ export class Tiles {
   free(): void {
     for (const { controller } of this.#loading) controller.abort();
     this.#loading = [];
-    for (const loaded of this.#tiles.values()) drop(loaded);
+    for (const loaded of this.#tiles.values()) {
+      dropScene(loaded);
+      loaded.tile.free();
+    }
     this.#tiles.clear();
     this.file.free();
   }
 
-  /** Puts all that is there on another renderer: the last one lost it. */
+  /** Goes on with another renderer: the last one lost all that it had. */
   moveTo(renderer: Renderer): void {
     this.#renderer = renderer;
-    for (const loaded of this.#tiles.values()) {
-      const scene = renderer.upload(loaded.tile, loaded.id);
-      loaded.scene.free();
-      loaded.scene = scene;
-    }
+    for (const loaded of this.#tiles.values()) this.#bytes -= dropScene(loaded);
   }
 
   /** What is there of a view. What is missing is sent for, and what is no longer wanted is not waited for. */
@@ -106,6 +108,10 @@ export class Tiles {
     const loaded = this.#tiles.get(id.key);
     if (loaded) {
       loaded.used = this.#frame;
+      if (!loaded.scene) {
+        loaded.scene = this.#renderer.upload(loaded.tile, loaded.id);
+        this.#bytes += loaded.scene.bytes;
+      }
       shown.set(id.key, loaded);
     } else if (!this.#damaged.has(id.key)) {
       missing?.set(id.key, id);
@@ -169,31 +175,30 @@ export class Tiles {
       tile.free();
       return;
     }
-    try {
-      const scene = this.#renderer.upload(tile, id);
-      this.#tiles.set(id.key, { id, tile, scene, used: this.#frame });
-      this.#bytes += tile.bytes;
-    } catch (cause) {
-      tile.free();
-      throw viewerError(cause, 'gpu');
-    }
+    this.#tiles.set(id.key, { id, tile, scene: undefined, used: this.#frame });
+    this.#bytes += tile.bytes;
   }
 
   /** Those used least recently go, on the GPU too. */
   #makeRoom(): void {
-    if (this.#bytes <= BUDGET) return;
+    const { deviceMemory = 4 } = navigator as { deviceMemory?: number };
+    const budget = Math.min(BUDGET, BUDGET_A_GB * deviceMemory);
+    if (this.#bytes <= budget) return;
     const idle = [...this.#tiles.values()].filter(({ used }) => used < this.#frame);
     idle.sort((a, b) => a.used - b.used);
     for (const loaded of idle) {
-      if (this.#bytes <= BUDGET) return;
+      if (this.#bytes <= budget) return;
       this.#tiles.delete(loaded.id.key);
-      this.#bytes -= loaded.tile.bytes;
-      drop(loaded);
+      this.#bytes -= loaded.tile.bytes + dropScene(loaded);
+      loaded.tile.free();
     }
   }
 }
 
-function drop({ tile, scene }: Loaded): void {
-  scene.free();
-  tile.free();
+/** Takes a tile from where it is drawn; the bytes that it took there. */
+function dropScene(loaded: Loaded): number {
+  const bytes = loaded.scene?.bytes ?? 0;
+  loaded.scene?.free();
+  loaded.scene = undefined;
+  return bytes;
 }

@@ -59,7 +59,8 @@ export class View {
   #fitted = true;
   #first = true;
   #frame = 0;
-  readonly #pace = new Pace(() => this.redraw());
+  readonly #redraw = () => this.redraw();
+  readonly #pace = new Pace(this.#redraw);
   /** What a worker paints now, and whether another frame is due after it. */
   #painting: 'nothing' | 'frame' | 'stale' = 'nothing';
   #inSight = true;
@@ -97,12 +98,7 @@ export class View {
   /** Takes ownership of the file. Its tiles are fetched as the view needs them. */
   show(file: PictureFile, renderer: Renderer): void {
     this.clear();
-    const tiles = new Tiles(
-      file,
-      renderer,
-      () => this.redraw(),
-      (cause) => this.#hooks.failed(cause),
-    );
+    const tiles = new Tiles(file, renderer, this.#redraw, (cause) => this.#hooks.failed(cause));
     const { width, height } = file.archive;
     const [camera, eye] = [new Camera(width, height), new Camera(width, height)];
     this.#shown = { tiles, renderer, camera, eye, drawn: [], complete: false };
@@ -111,14 +107,22 @@ export class View {
     // The figure may take another shape for this picture. Its size is told anew, and with that it is drawn.
     this.#size = { width: 0, height: 0 };
     this.watch(true);
+    this.#listen('add', renderer);
   }
 
   /** Goes on with another renderer, because the last one lost its device: place and tiles stay. */
   moveTo(renderer: Renderer): void {
     if (!this.#shown) return;
+    this.#listen('remove', this.#shown.renderer);
+    this.#listen('add', renderer);
     this.#shown.tiles.moveTo(renderer);
     this.#shown.renderer = renderer;
     this.redraw();
+  }
+
+  /** A renderer that lost its device tells so by its canvas; what is drawn next finds it out. */
+  #listen(how: 'add' | 'remove', renderer: Renderer): void {
+    renderer.canvas?.[`${how}EventListener`]('webglcontextlost', this.#redraw);
   }
 
   clear(): void {
@@ -126,6 +130,7 @@ export class View {
     this.#frame = 0;
     const shown = this.#shown;
     this.#shown = undefined;
+    if (shown) this.#listen('remove', shown.renderer);
     shown?.tiles.free();
     shown?.camera.free();
     shown?.eye.free();
@@ -296,7 +301,7 @@ export class View {
       const [x, y, moreX, moreY] = camera.place();
       eye.resize(size.width, size.height);
       eye.lookAt(x, y, camera.scale / step, moreX, moreY);
-      for (const { tile, scene } of tiles) renderer.place(scene, tile);
+      for (const { tile, scene } of tiles) if (scene) renderer.place(scene, tile);
       later = renderer.draw(eye, size.width, size.height) ?? undefined;
       frame = { shown, size, step, width, height };
       shown.complete = complete && step === 1;
