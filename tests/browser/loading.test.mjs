@@ -327,3 +327,19 @@ for (const backend of harness.BACKENDS) {
     await close();
   });
 }
+
+test('a lost device that nothing replaces leaves a worker to draw, where the choice is free', async () => {
+  const { page, uncaught, close } = await openLosable('auto');
+  await harness.zoomTo(page, 3018, 684, 8);
+  const before = await harness.shot(page);
+  await page.evaluate(() => {
+    window.denied = true;
+    window.lose();
+  });
+  await page.waitForFunction(() => document.querySelector('istar-viewer').backend === 'cpu');
+  await page.locator('istar-viewer .backend').getByText('CPU').waitFor();
+  const { share } = harness.difference(await harness.shot(page), before, 3);
+  assert.ok(share <= 0.001, `${share} of the pixels differ`);
+  assert.deepEqual(uncaught, []);
+  await close();
+});

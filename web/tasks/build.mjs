@@ -16,7 +16,7 @@ import {
   whenChanged,
   writeIfChanged,
 } from './project.mjs';
-import { shortenImports } from './shorten.mjs';
+import { shortenNames } from './shorten.mjs';
 
 const PAGES = ['index.html', 'view.html', 'page.css', 'view.js'];
 
@@ -69,7 +69,7 @@ function wasmModule({ name, profile, features, optimize }) {
     const options = ['--target', 'web', '--omit-default-module-path', '--encode-into', 'always'];
     options.push('--out-dir', at('target', 'web'));
     run(bin('wasm-bindgen'), [...options, '--out-name', name, compiled]);
-    shortenImports(at('target', 'web', `${name}.js`), bound);
+    shortenNames(at('target', 'web', `${name}.js`), bound);
   });
   const small = at('dist', `${name}_bg.wasm`);
   // No feature flags: with --all-features the result is refused by Chromium (invalid import kind).

@@ -1,6 +1,6 @@
-// wasm-bindgen names each of the module's several hundred imports at length and with a hash, in both halves, and that does not
-// compress: a tenth of the download. Here they get short names, and imports that do the same become one. Its loader takes a module
-// in many forms, of which the viewer knows one.
+// wasm-bindgen names each of the module's several hundred imports and exports at length, some with a hash, in both halves, and that
+// does not compress: a tenth of the download. Here they get short names, and imports that do the same become one. What the viewer has
+// no use for goes: other ways to load a module, and to free what it made.
 import { readFileSync, writeFileSync } from 'node:fs';
 import { TaskError } from './project.mjs';
 
@@ -8,8 +8,9 @@ import { TaskError } from './project.mjs';
 const PROPERTY = /^ {8}(\w+): ((?:function\(|\S+,$)[\s\S]*?)(?=\n {8}\w+: |\n {4}\};)/gm;
 const OPENING = 'const import0 = {\n        __proto__: null,\n';
 const CLOSING = '\n    };';
+const DISPOSE = /^if \(Symbol\.dispose\) .*\n/gm;
 const LOADER = 'async function __wbg_load(';
-const EXPORTS = '\nexport { initSync, __wbg_init as default };';
+const EXPORT = '\nexport { initSync, __wbg_init as default };';
 
 /** Takes a response, of which the caller has seen that it is one. Browsers compile it while it arrives where its type is right. */
 const SMALL_LOADER = `async function __wbg_init({ module_or_path: response }) {
@@ -25,7 +26,7 @@ export { __wbg_init as default };
 `;
 
 /** Rewrites both files in place. */
-export function shortenImports(glue, module) {
+export function shortenNames(glue, module) {
   const text = readFileSync(glue, 'utf8');
   const start = text.indexOf(OPENING) + OPENING.length;
   const end = text.indexOf(CLOSING, start);
@@ -44,48 +45,62 @@ export function shortenImports(glue, module) {
     body.startsWith('function(') ? `        ${short}${body.slice(8)},` : `        ${short}: ${body},`,
   );
   const loader = text.indexOf(LOADER, end);
-  if (loader < 0 || text.indexOf(EXPORTS, loader) < 0)
+  if (loader < 0 || text.indexOf(EXPORT, loader) < 0)
     throw new TaskError(`${glue} has an unknown loader: see web/tasks/shorten.mjs`);
-  writeFileSync(module, renameImports(readFileSync(module), shortByName));
-  const rest = text.slice(end, loader) + SMALL_LOADER;
-  writeFileSync(glue, text.slice(0, start) + properties.join('\n') + rest);
+  const exportNames = new Map();
+  const shortExport = (name) => {
+    // Tests look into the memory.
+    if (name === 'memory') return name;
+    if (!exportNames.has(name)) exportNames.set(name, `e${exportNames.size.toString(36)}`);
+    return exportNames.get(name);
+  };
+  const bound = renamed(readFileSync(module), IMPORT_SECTION, (bytes, start, parts) => {
+    const [module, afterModule] = readText(bytes, start);
+    const [name, at] = readText(bytes, afterModule);
+    const short = shortByName.get(name);
+    if (!short || bytes[at] !== FUNCTION) {
+      throw new TaskError(`The glue has no function ${name} for the module: see web/tasks/shorten.mjs`);
+    }
+    parts.push(textBytes(module), textBytes(short));
+    return at;
+  });
+  const small = renamed(bound, EXPORT_SECTION, (bytes, start, parts) => {
+    const [name, at] = readText(bytes, start);
+    parts.push(textBytes(shortExport(name)));
+    return at;
+  });
+  writeFileSync(module, small);
+  const before = text.slice(0, start) + properties.join('\n') + text.slice(end, loader) + SMALL_LOADER;
+  const after = before
+    .replace(DISPOSE, '')
+    .replace(/\bwasm\.(\w+)/g, (_, name) => `wasm.${shortExport(name)}`);
+  writeFileSync(glue, after);
 }
 
 const HEADER_BYTES = 8;
 const IMPORT_SECTION = 2;
+const EXPORT_SECTION = 7;
 const FUNCTION = 0;
 
-function renameImports(bytes, names) {
-  let at = HEADER_BYTES;
-  while (at < bytes.length) {
+/** A module with one of its sections of named things changed: `rename` reads the names of one, puts others, and says where they end. */
+function renamed(bytes, kind, rename) {
+  for (let at = HEADER_BYTES, end = at; at < bytes.length; at = end) {
     const [length, start] = readNumber(bytes, at + 1);
-    const end = start + length;
-    if (bytes[at] === IMPORT_SECTION) {
-      const section = renamedSection(bytes, start, names);
-      const size = Buffer.from(number(section.length));
-      return Buffer.concat([bytes.subarray(0, at + 1), size, section, bytes.subarray(end)]);
+    end = start + length;
+    if (bytes[at] !== kind) continue;
+    const [count, first] = readNumber(bytes, start);
+    const parts = [Buffer.from(number(count))];
+    for (let i = 0, from = first; i < count; i++) {
+      const named = rename(bytes, from, parts);
+      // What it is, in a byte, and its number.
+      [, from] = readNumber(bytes, named + 1);
+      parts.push(bytes.subarray(named, from));
     }
-    at = end;
+    const section = Buffer.concat(parts);
+    const size = Buffer.from(number(section.length));
+    return Buffer.concat([bytes.subarray(0, at + 1), size, section, bytes.subarray(end)]);
   }
   return bytes;
-}
-
-function renamedSection(bytes, start, names) {
-  const [count, first] = readNumber(bytes, start);
-  const parts = [Buffer.from(number(count))];
-  let at = first;
-  for (let i = 0; i < count; i++) {
-    const [module, afterModule] = readText(bytes, at);
-    const [name, afterName] = readText(bytes, afterModule);
-    const short = names.get(name);
-    if (!short || bytes[afterName] !== FUNCTION) {
-      throw new TaskError(`The glue has no function ${name} for the module: see web/tasks/shorten.mjs`);
-    }
-    const [type, next] = readNumber(bytes, afterName + 1);
-    parts.push(text(module), text(short), Buffer.from([FUNCTION, ...number(type)]));
-    at = next;
-  }
-  return Buffer.concat(parts);
 }
 
 /** A LEB128 number and where the next thing begins. */
@@ -111,7 +126,7 @@ function number(value) {
   return [...bytes, left];
 }
 
-function text(value) {
+function textBytes(value) {
   const bytes = Buffer.from(value);
   return Buffer.concat([Buffer.from(number(bytes.length)), bytes]);
 }
