@@ -14,6 +14,10 @@ export interface Loaded {
   scene: Scene;
   /** The frame that last showed it. */
   used: number;
+  /** The styles that it has on the GPU: their version, and the pixel ratio that they were written for. */
+  styled?: { version: number; ratio: number };
+  /** The numbers of its regions, then their colours, once they were asked for. */
+  regions?: Uint32Array;
 }
 
 /** What a view shows. */
@@ -65,6 +69,7 @@ export class Tiles {
       const scene = renderer.upload(loaded.tile);
       loaded.scene.free();
       loaded.scene = scene;
+      delete loaded.styled;
     }
   }
 

@@ -1,6 +1,7 @@
 import { Camera, type Renderer } from '#wasm';
 import type { PictureFile } from './archive.js';
 import { viewerError } from './errors.js';
+import { Styles } from './styles.js';
 import { type Loaded, Tiles } from './tiles.js';
 
 /** Centre in source pixels; `scale` is CSS pixels of the screen per source pixel. */
@@ -38,6 +39,7 @@ export interface ViewHooks {
  */
 export class View {
   readonly canvas = document.createElement('canvas');
+  readonly styles = new Styles();
   readonly #context = this.canvas.getContext('2d');
   readonly #hooks: ViewHooks;
   readonly #observer: ResizeObserver;
@@ -240,7 +242,10 @@ export class View {
       if (this.#shown !== shown) return;
       Object.assign(shown, { drawn: tiles, complete });
       if (tiles.length === 0) return;
-      for (const { tile, scene } of tiles) renderer.place(scene, tile);
+      for (const loaded of tiles) {
+        this.styles.apply(loaded, renderer, this.#ratio);
+        renderer.place(loaded.scene, loaded.tile);
+      }
       renderer.draw(camera);
       if (this.canvas.width !== width || this.canvas.height !== height)
         Object.assign(this.canvas, this.#size);
