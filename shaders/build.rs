@@ -22,7 +22,7 @@ fn main() {
 /// Writes each pass as `NAME.rs`: a module's constants with all that the back ends need.
 #[cfg(feature = "gpu")]
 fn write_shaders() -> Result<(), String> {
-    use translate::{PASSES, minify, translate, validate};
+    use translate::{PASSES, minify, shorten, translate, validate};
 
     /// GLSL is for WebGL2 alone.
     const WEB: &str = "#[cfg(target_arch = \"wasm32\")]\n";
@@ -36,7 +36,7 @@ fn write_shaders() -> Result<(), String> {
         }
         // Validated as written, so that an error shows the line and its comment.
         validate(&wgsl)?;
-        let wgsl = minify(&wgsl);
+        let wgsl = shorten(&minify(&wgsl), &[pass.vertex, pass.fragment]);
         let (module, info) = validate(&wgsl)?;
         let glsl = translate(pass, &module, &info)?;
         let constants = format!(

@@ -25,6 +25,11 @@ struct View {
     samples: u32,
     block_log2: u32,
     flags: u32,
+    // How far outlines reach from boundaries, in screen pixels. With 0 there are none.
+    reach: f32,
+    // The middle of the viewport in a pattern's pixels, how many of these a screen pixel is, and screen
+    // pixels per source pixel.
+    pattern: vec4<f32>,
 }
 
 // Blend across boundaries.
@@ -34,6 +39,8 @@ const STRAIGHT = 2u;
 // The tables hold only the cells in sight, at most four, and their cuts by screen pixels from the
 // middle of the viewport.
 const CLOSE = 4u;
+// There are outlines to draw.
+const OUTLINES = 8u;
 
 const MAX_CANDIDATES = 16u;
 const MAX_SAMPLES = 16u;
@@ -42,7 +49,7 @@ const MAX_SAMPLES = 16u;
 @group(1) @binding(0) var blocks: texture_2d<u32>;
 @group(1) @binding(1) var cells: texture_2d<u32>;
 @group(1) @binding(2) var cuts: texture_2d<u32>;
-@group(1) @binding(3) var styles: texture_2d<f32>;
+@group(1) @binding(3) var styles: texture_2d<u32>;
 
 // Long tables are folded into rows of this many entries.
 const WIDTH_LOG2 = 12u;

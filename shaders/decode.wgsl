@@ -80,10 +80,17 @@ fn with_side(sides: Sides, boundary: vec3<f32>, region: u32, candidate: u32) -> 
 struct Decoded {
     regions: vec3<u32>,
     shares: vec3<f32>,
+    // The nearest boundary's value and gradient, positive where the place is, however far it is: that with
+    // the second of the regions. Nothing but zeros where there is none.
+    near: vec3<f32>,
 }
 
 fn solid(region: u32) -> Decoded {
-    return Decoded(vec3(region), vec3(1.0, 0.0, 0.0));
+    return Decoded(vec3(region), vec3(1.0, 0.0, 0.0), vec3(0.0));
+}
+
+fn far(region: u32, side: Side) -> Decoded {
+    return Decoded(vec3(region, side.region, region), vec3(1.0, 0.0, 0.0), side.cut);
 }
 
 // How much of a unit square is on the positive side of a line at `distance` from its middle, which
@@ -99,7 +106,7 @@ fn share(distance: f32, normal: vec2<f32>) -> f32 {
 
 fn share_of_two(region: u32, side: Side) -> Decoded {
     let own = share(side.distance, side.cut.yz);
-    return Decoded(vec3(region, side.region, region), vec3(own, 1.0 - own, 0.0));
+    return Decoded(vec3(region, side.region, region), vec3(own, 1.0 - own, 0.0), side.cut);
 }
 
 fn rows(cut: vec3<f32>, x: vec4<f32>, y: vec4<f32>) -> vec4<f32> {
@@ -120,7 +127,8 @@ fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
         shares += vec3(dot(own, vec4(0.0625)), dot(near, vec4(0.0625)), 0.0);
     }
     shares.z = 1.0 - shares.x - shares.y;
-    return Decoded(vec3(region, sides.near.region, sides.next.region), shares);
+    let regions = vec3(region, sides.near.region, sides.next.region);
+    return Decoded(regions, shares, sides.near.cut);
 }
 
 // Two candidates: most cells that are not solid.
@@ -130,11 +138,15 @@ fn decide_two(start: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
     let region = select(c.other, c.region, second);
     let steepness = length(c.at.yz);
     let distance = abs(c.at.x) / max(steepness, 1e-30);
-    if distance >= REACH || (c.flags & view.flags & ANTIALIAS) == 0u {
+    if (c.flags & PART) == 0u {
         return solid(region);
     }
-    let own = share(distance, c.at.yz);
-    return Decoded(vec3(region, select(c.region, c.other, second), region), vec3(own, 1.0 - own, 0.0));
+    let regions = vec3(region, select(c.region, c.other, second), region);
+    var own = 1.0;
+    if distance < REACH && (view.flags & ANTIALIAS) != 0u {
+        own = share(distance, c.at.yz);
+    }
+    return Decoded(regions, vec3(own, 1.0 - own, 0.0), select(-c.at, c.at, second));
 }
 
 // Each candidate after the first has a cut against the first, and differences of cuts part the
@@ -155,7 +167,7 @@ fn decide(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
             neighbours = c.flags & 0xffffu;
         }
     }
-    if (view.flags & ANTIALIAS) == 0u {
+    if (view.flags & (ANTIALIAS | OUTLINES)) == 0u {
         return solid(region);
     }
     var sides = no_sides();
@@ -171,8 +183,8 @@ fn decide(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
             sides = with_side(sides, winner - c.at, c.region, i);
         }
     }
-    if sides.near.distance >= REACH {
-        return solid(region);
+    if sides.near.distance >= REACH || (view.flags & ANTIALIAS) == 0u {
+        return far(region, sides.near);
     }
     if sides.next.distance >= REACH {
         return share_of_two(region, sides.near);
@@ -221,7 +233,7 @@ fn decide_by_pairs(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decod
             deepest = depth;
         }
     }
-    if (view.flags & ANTIALIAS) == 0u {
+    if (view.flags & (ANTIALIAS | OUTLINES)) == 0u {
         return solid(region);
     }
     var sides = no_sides();
@@ -236,8 +248,8 @@ fn decide_by_pairs(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decod
             }
         }
     }
-    if sides.near.distance >= REACH {
-        return solid(region);
+    if sides.near.distance >= REACH || (view.flags & ANTIALIAS) == 0u {
+        return far(region, sides.near);
     }
     if sides.next.distance >= REACH {
         return share_of_two(region, sides.near);

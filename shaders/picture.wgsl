@@ -7,35 +7,21 @@ fn cover(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4<f32> {
     return vec4(vec2<f32>(corner) * 4.0 - 1.0, 0.0, 1.0);
 }
 
-// Premultiplied.
-fn color(region: u32) -> vec4<f32> {
-    let straight = textureLoad(styles, folded(region), 0);
-    return vec4(straight.rgb * straight.a, straight.a);
-}
-
-fn decode_at(screen: vec2<f32>) -> Decoded {
-    if (view.flags & CLOSE) != 0u {
-        return decode_close(screen);
-    }
-    // Whole pixels are split off before the anchor comes in, so that the fraction keeps its digits.
-    let from_anchor = view.offset + (screen - view.middle) * view.pixel;
-    // Kept where the conversion to i32 and the sum are defined.
-    let whole = vec2<i32>(clamp(floor(from_anchor), vec2(-1e9), vec2(1e9)));
-    let pixel = clamp(view.anchor + whole, vec2(0), view.last);
-    let fraction = clamp(from_anchor - vec2<f32>(pixel - view.anchor), vec2(0.0), vec2(1.0));
-    return decode(vec2<u32>(pixel), fraction);
-}
-
 // The premultiplied colour at a place of the viewport.
 fn sample_color(screen: vec2<f32>) -> vec4<f32> {
     let decoded = decode_at(screen);
-    let own = color(decoded.regions.x);
-    if decoded.shares.x == 1.0 {
-        return own;
+    var sum = fill(decoded.regions.x, screen);
+    if decoded.shares.x < 1.0 {
+        sum = decoded.shares.x * sum + decoded.shares.y * fill(decoded.regions.y, screen);
+        if decoded.shares.z > 0.0 {
+            sum += decoded.shares.z * fill(decoded.regions.z, screen);
+        }
     }
-    var sum = decoded.shares.x * own + decoded.shares.y * color(decoded.regions.y);
-    if decoded.shares.z > 0.0 {
-        sum += decoded.shares.z * color(decoded.regions.z);
+    if (view.flags & OUTLINES) != 0u {
+        let outline = outline_at(screen, decoded.regions.x);
+        let color = bytes(outline.color);
+        let cover = outline.cover * color.a;
+        sum = (1.0 - cover) * sum + cover * vec4(color.rgb, 1.0);
     }
     return sum;
 }

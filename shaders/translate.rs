@@ -4,6 +4,7 @@
 use naga::back::glsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, GlobalVariable, Handle, Module, ShaderStage};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A pass: its name, the files whose text makes it up, and its entry points.
 pub struct Pass {
@@ -15,7 +16,7 @@ pub struct Pass {
 
 pub const PASSES: [Pass; 1] = [Pass {
     name: "picture",
-    files: &["common.wgsl", "decode.wgsl", "picture.wgsl"],
+    files: &["common.wgsl", "decode.wgsl", "styles.wgsl", "picture.wgsl"],
     vertex: "cover",
     fragment: "paint",
 }];
@@ -41,6 +42,76 @@ pub fn minify(source: &str) -> String {
         }
     }
     short
+}
+
+/// WGSL with one or two letters for each name that it declares, but for those to keep: names are a third of a
+/// shader. A name is the same everywhere, so what shadowed another still does.
+pub fn shorten(wgsl: &str, keep: &[&str]) -> String {
+    const DECLARING: [&str; 5] = ["fn", "let", "var", "const", "struct"];
+    let tokens = tokens(wgsl);
+    let is_name = |token: &str| token.starts_with(|c: char| c.is_alphabetic() || c == '_');
+    // The token before or after, spaces left out.
+    let before = |i: usize| tokens[..i].iter().rev().find(|t| !t.trim().is_empty());
+    let after = |i: usize| tokens[i + 1..].iter().find(|t| !t.trim().is_empty());
+    let (mut counts, mut callable) = (BTreeMap::new(), BTreeSet::new());
+    for (i, &token) in tokens.iter().enumerate() {
+        let declaring = before(i).filter(|word| DECLARING.contains(word));
+        if is_name(token) && (declaring.is_some() || after(i) == Some(&":")) {
+            counts.insert(token, 0);
+            if declaring.is_some_and(|word| ["fn", "struct"].contains(word)) {
+                callable.insert(token);
+            }
+        }
+    }
+    // An argument of an attribute, or a component of a vector.
+    let is_fixed = |i: usize| {
+        let component = |c: char| "xyzwrgba".contains(c);
+        let is_attribute = i >= 3 && tokens[i - 1] == "(" && tokens[i - 3] == "@";
+        is_attribute || (before(i) == Some(&".") && tokens[i].chars().all(component))
+    };
+    for (i, token) in tokens.iter().enumerate() {
+        if after(i) == Some(&"(") && !callable.contains(token) {
+            // Something built in has the name too.
+            counts.remove(token);
+        } else if !is_fixed(i) {
+            counts.entry(token).and_modify(|count| *count += 1);
+        }
+    }
+    for name in keep {
+        counts.remove(name);
+    }
+    let mut often: Vec<(&str, u32)> = counts.into_iter().collect();
+    often.sort_by_key(|&(name, count)| (std::cmp::Reverse(count), name));
+    let taken: BTreeSet<&str> = tokens.iter().copied().collect();
+    let letters = || ('a'..='z').chain('A'..='Z');
+    let pairs = letters().flat_map(|a| letters().map(move |b| format!("{a}{b}")));
+    let reserved = ["as", "do", "if", "in", "is", "of", "or", "fn"];
+    let free = letters().map(String::from).chain(pairs);
+    let free = free.filter(|name| !taken.contains(&name[..]) && !reserved.contains(&&name[..]));
+    let short: BTreeMap<&str, String> = often.into_iter().map(|(name, _)| name).zip(free).collect();
+    let renamed = |(i, token): (usize, &&'_ str)| match short.get(token) {
+        Some(name) if !is_fixed(i) => name.clone(),
+        _ => token.to_string(),
+    };
+    tokens.iter().enumerate().map(renamed).collect()
+}
+
+/// Names, numbers, and the single characters between them.
+fn tokens(text: &str) -> Vec<&str> {
+    let mut tokens = Vec::new();
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let is_word = |c: char| c.is_alphanumeric() || c == '_';
+        let len = match first {
+            c if c.is_numeric() => rest.find(|c: char| !is_word(c) && c != '.'),
+            c if is_word(c) => rest.find(|c: char| !is_word(c)),
+            c => Some(c.len_utf8()),
+        };
+        let (token, left) = rest.split_at(len.unwrap_or(rest.len()));
+        tokens.push(token);
+        rest = left;
+    }
+    tokens
 }
 
 /// Parses and validates a pass. No capability is allowed that WebGL2 lacks.

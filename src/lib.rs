@@ -9,7 +9,7 @@
 //!                               └──▶ gpu: pack ▶ upload ▶ shaders/*.wgsl ▶ pixels
 //! ```
 //!
-//! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera, placement, cuts, texels ←
+//! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera, placement, cuts, texels, style ←
 //! {container, raster, gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
 //! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
@@ -33,6 +33,7 @@ pub mod model;
 mod placement;
 mod places;
 pub mod raster;
+pub mod style;
 
 #[cfg(feature = "encode")]
 pub mod complex;

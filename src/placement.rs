@@ -2,6 +2,7 @@
 
 use crate::camera::Camera;
 use crate::grid::Point;
+use crate::style;
 
 /// A scene's place in the picture that a [`Camera`] looks at. Lengths are in the picture's own pixels,
 /// those of the finest level.
@@ -23,6 +24,10 @@ pub(crate) struct SceneView {
     pub center: Point<2>,
     /// Screen pixels per pixel of the scene.
     pub scale: f64,
+    /// Screen pixels per source pixel.
+    pub source: f64,
+    /// The middle of the viewport in a pattern's pixels, and how many of these a screen pixel is.
+    pub pattern: [f64; 3],
     /// The last of the scene's pixels that are shown. Places beyond take what is there.
     pub last: [u32; 2],
     /// The viewport, in screen pixels.
@@ -87,6 +92,8 @@ impl SceneView {
         SceneView {
             center: self.center,
             scale: self.scale * factor,
+            source: self.source * factor,
+            pattern: [self.pattern[0], self.pattern[1], self.pattern[2] / factor],
             last: self.last,
             viewport: self.viewport.map(|n| n * times),
             own: self.own.map(|corner| corner.map(|n| n * times)),
@@ -110,6 +117,8 @@ impl Placement {
         let mut view = SceneView {
             center,
             scale: scale * step,
+            source: scale,
+            pattern: style::pattern_view(center, scale),
             last: [0; 2],
             viewport,
             own: [[0; 2]; 2],

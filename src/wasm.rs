@@ -114,6 +114,12 @@ impl Renderer {
         self.renderer.upload(tile.model.clone()).map(|scene| Scene(Rc::new(scene))).map_err(thrown)
     }
 
+    /// Gives regions of a tile from its `first` on other styles: four words each, as src/style.rs has them.
+    #[wasm_bindgen(js_name = setStyles)]
+    pub fn set_styles(&self, scene: &Scene, first: u32, words: &[u32]) -> Result<(), JsValue> {
+        self.renderer.set_styles(&scene.0, first, words).map_err(thrown)
+    }
+
     /// Puts the scene of a tile into the next frame, over those already in it.
     pub fn place(&self, scene: &Scene, tile: &Tile) {
         self.frame.borrow_mut().push((scene.0.clone(), tile.placement));

@@ -164,6 +164,13 @@ impl Tile {
         own.into_iter().filter_map(|region| self.regions.get(region as usize).copied()).collect()
     }
 
+    /// The numbers of its regions in the whole picture, in ascending order, then their colours, red in the
+    /// lowest byte.
+    pub fn regions(&self) -> Vec<u32> {
+        let colors = self.model.regions.iter().map(|region| u32::from_le_bytes(region.color));
+        self.regions.iter().copied().chain(colors).collect()
+    }
+
     /// A region's colour as 0xRRGGBBAA, straight; none for one that the tile does not show.
     #[wasm_bindgen(js_name = regionColor)]
     pub fn region_color(&self, id: u32) -> Option<u32> {

@@ -8,6 +8,7 @@ use crate::grid::{self, Point};
 use crate::limits::Limits;
 use crate::placement::Placement;
 use crate::raster::Painter;
+use crate::style::Styles;
 use crate::wasm_error::{tell_of_panics, thrown};
 use wasm_bindgen::Clamped;
 use wasm_bindgen::prelude::*;
@@ -16,6 +17,7 @@ use wasm_bindgen::prelude::*;
 #[wasm_bindgen]
 pub struct PaintedTile {
     painter: Painter<'static>,
+    styles: Styles,
     placement: Placement,
     picture: [u32; 2],
 }
@@ -43,9 +45,17 @@ impl PaintedTile {
             }
             let (placement, picture) = (layout.placement(tile), layout.size);
             let image = decode_tile(&index, tile, bytes, &Limits::default())?.model;
-            Ok(PaintedTile { painter: Painter::owning(image), placement, picture })
+            let styles = Styles::new(&image);
+            Ok(PaintedTile { painter: Painter::owning(image), styles, placement, picture })
         };
         read().map_err(thrown)
+    }
+
+    /// Gives regions from the tile's `first` on other styles: four words each, as `style` has them.
+    #[wasm_bindgen(js_name = setStyles)]
+    pub fn set_styles(&mut self, first: u32, words: &[u32]) {
+        self.styles.take(first, words.as_chunks().0);
+        self.painter.set_styles(self.styles.clone());
     }
 }
 

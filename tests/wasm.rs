@@ -6,6 +6,7 @@
 use istar::gpu::browser::{Choice, Renderer, Scene};
 use istar::grid::{self, Point};
 use istar::model::{Block, Cells, EdgePlane, Lists, Node, Region};
+use istar::style::Style;
 use istar::{Camera, Gamma, Image, Kernel, Limits, Placement, raster};
 use std::rc::Rc;
 use wasm_bindgen::JsCast;
@@ -207,11 +208,12 @@ async fn a_style_is_rewritten_alone() {
         let renderer = Renderer::create(choice).await.unwrap();
         let mut image = picture(Kernel::Quadratic);
         let scene = Rc::new(renderer.upload(Rc::new(image.clone())).unwrap());
+        let words = Style::plain([10, 20, 200, 255]).words();
         for region in [1, REGIONS - 1] {
             image.regions[region as usize].color = [10, 20, 200, 255];
-            renderer.set_style(&scene, region, [10, 20, 200, 255]).unwrap();
+            renderer.set_styles(&scene, region, &words).unwrap();
         }
-        renderer.set_style(&scene, u32::MAX, [9; 4]).unwrap();
+        renderer.set_styles(&scene, u32::MAX, &words).unwrap();
         compare(name, &renderer, &scene, &image, &view(&image, 3.0));
     }
 }

@@ -8,6 +8,8 @@ use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
 use crate::placement::Placement;
+use crate::style::Reach;
+use std::cell::Cell;
 use std::rc::Rc;
 use web_sys::OffscreenCanvas;
 
@@ -39,6 +41,9 @@ pub struct Scene {
     image: Rc<Image>,
     textures: Textures,
     bytes: usize,
+    /// Of its table of styles.
+    table: [u32; 2],
+    reach: Cell<Reach>,
 }
 
 impl Scene {
@@ -98,22 +103,33 @@ impl Renderer {
             Device::WebGl(device) => Textures::WebGl(device.upload(&packed)?),
         };
         let bytes = packed.tables().iter().map(|table| table.bytes.len()).sum();
-        Ok(Scene { image, textures, bytes })
+        let table = packed.tables()[Packed::STYLES].size;
+        Ok(Scene { image, textures, bytes, table, reach: Cell::default() })
     }
 
-    /// Gives a region another colour (straight RGBA): four bytes to the GPU, nothing decoded anew.
+    /// Gives regions from `first` on other styles, four words each
+    /// ([`Style::words`](crate::style::Style::words)): nothing is decoded anew.
     ///
     /// # Errors
     /// [`Error::Usage`] for a scene of another back end.
-    pub fn set_style(&self, scene: &Scene, region: RegionId, color: [u8; 4]) -> Result<()> {
-        match (&self.device, &scene.textures) {
-            (Device::WebGpu(device), Textures::WebGpu(scene)) => {
-                device.set_style(scene, region, color);
+    pub fn set_styles(&self, scene: &Scene, first: RegionId, words: &[u32]) -> Result<()> {
+        let (records, _) = words.as_chunks::<4>();
+        let mut reach = scene.reach.get();
+        reach.take(first, records, scene.image.regions.len());
+        scene.reach.set(reach);
+        let mut left = words;
+        for (at, count) in Packed::style_rows(scene.table, first, records.len()) {
+            let (row, rest) = left.split_at(4 * count as usize);
+            match (&self.device, &scene.textures) {
+                (Device::WebGpu(device), Textures::WebGpu(scene)) => {
+                    device.set_styles(scene, at, row);
+                }
+                (Device::WebGl(device), Textures::WebGl(scene)) => {
+                    device.set_styles(scene, at, row);
+                }
+                _ => return Err(foreign()),
             }
-            (Device::WebGl(device), Textures::WebGl(scene)) => {
-                device.set_style(scene, region, color);
-            }
-            _ => return Err(foreign()),
+            left = rest;
         }
         Ok(())
     }
@@ -139,7 +155,8 @@ impl Renderer {
         };
         let target = Target { height: size[1], origin, alpha: Alpha::Premultiplied };
         let layers = scenes.iter().filter_map(|(scene, placement)| {
-            let layer = Layer::new(placement, &scene.image, camera, target, size, true)?;
+            let style = (true, scene.reach.get());
+            let layer = Layer::new(placement, &scene.image, camera, target, size, style)?;
             Some((&scene.textures, layer))
         });
         match &self.device {

@@ -30,8 +30,9 @@ pub struct Close {
 }
 
 impl Close {
-    /// `None` where the scene's own tables are as good.
-    pub fn new(image: &Image, view: &SceneView) -> Option<Self> {
+    /// With what is seen within `around` pixels of the viewport. `None` where the scene's own tables are as
+    /// good.
+    pub fn new(image: &Image, view: &SceneView, around: f64) -> Option<Self> {
         let [width, height] = view.viewport;
         if view.scale < CLOSE.max(f64::from(width.max(height))) {
             return None;
@@ -45,7 +46,7 @@ impl Close {
             (from_middle * view.scale + 0.5 * f64::from(view.viewport[axis])) as f32
         });
         let mut close = Close { split, cells: [0; 4], cuts: Vec::new() };
-        let reach = 0.5 * f64::from(width).hypot(f64::from(height)) + 2.0;
+        let reach = 0.5 * f64::from(width).hypot(f64::from(height)) + 2.0 + around;
         for quadrant in 0..4 {
             let side = [quadrant & 1, quadrant >> 1];
             let pixel: [i64; 2] = std::array::from_fn(|axis| {

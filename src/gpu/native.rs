@@ -6,6 +6,7 @@ use super::view::{Layer, ViewUniforms};
 use super::{failed, picture};
 use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
+use crate::style::Reach;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The largest texture side that is asked for, and so the largest target. Every WebGPU device has it.
@@ -32,6 +33,7 @@ pub struct Scene {
     /// What takes the place of two of the tables from close by, and all bound.
     close: [wgpu::Texture; 2],
     close_bindings: wgpu::BindGroup,
+    pub(super) reach: Reach,
 }
 
 /// The first thing that went wrong on the device. wgpu reports it in a callback.
@@ -104,7 +106,7 @@ impl Gpu {
         let bindings = self.bind_tables([blocks, cells, cuts, styles]);
         let close_bindings = self.bind_tables([blocks, &close[0], &close[1], styles]);
         self.failure.check()?;
-        Ok(Scene { image, tables, bindings, close, close_bindings })
+        Ok(Scene { image, tables, bindings, close, close_bindings, reach: Reach::default() })
     }
 
     fn bind_tables(&self, tables: [&wgpu::Texture; 4]) -> wgpu::BindGroup {
@@ -123,12 +125,15 @@ impl Gpu {
         })
     }
 
-    /// Gives a region another colour.
-    pub fn set_style(&self, scene: &Scene, region: RegionId, color: [u8; 4]) {
-        let [x, y] = Packed::style_place(region);
+    /// Gives regions from `first` on the styles of these records.
+    pub fn set_styles(&self, scene: &mut Scene, first: RegionId, words: &[[u32; 4]]) {
+        scene.reach.take(first, words, scene.image.regions.len());
         let table = &scene.tables[Packed::STYLES];
-        if x < table.width() && y < table.height() {
-            self.write(table, [x, y], [1, 1], &color);
+        let mut left = words;
+        for (at, count) in Packed::style_rows([table.width(), table.height()], first, words.len()) {
+            let (row, rest) = left.split_at(count as usize);
+            self.write(table, at, [count, 1], bytemuck::cast_slice(row));
+            left = rest;
         }
     }
 
@@ -215,7 +220,6 @@ impl Gpu {
             format: match table.format {
                 Format::R32Uint => wgpu::TextureFormat::R32Uint,
                 Format::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
-                Format::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,
             },
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
@@ -264,13 +268,9 @@ fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
     );
     let tables: Vec<wgpu::BindGroupLayoutEntry> = (0..)
         .zip(Packed::FORMATS)
-        .map(|(binding, format)| {
-            let sample_type = match format {
-                Format::Rgba8Unorm => wgpu::TextureSampleType::Float { filterable: false },
-                _ => wgpu::TextureSampleType::Uint,
-            };
+        .map(|(binding, _)| {
             let ty = wgpu::BindingType::Texture {
-                sample_type,
+                sample_type: wgpu::TextureSampleType::Uint,
                 view_dimension: wgpu::TextureViewDimension::D2,
                 multisampled: false,
             };

@@ -5,7 +5,7 @@
 //! | blocks | r32uint, the grid of blocks itself | bit 31 = solid, then bits 0-23 the region; otherwise bits 28-30 log₂ of the texel size, bits 0-27 the index of the first cell |
 //! | cells | r32uint, folded | bit 31 = solid, then bits 0-23 the region; otherwise bits 26-30 the number of candidates (2 to 16), bit 25 = by pairs, bits 0-24 the index of the first cut |
 //! | cuts | rgba32uint, folded, each entry three texels one below the other | a polynomial of the place in the cell: column a has the factors of xᵃ y⁰, xᵃ y¹, xᵃ y² as f32, and a word: see below |
-//! | styles | rgba8unorm, folded | a region's colour, straight |
+//! | styles | rgba32uint, folded | how a region is drawn: see [`Style::words`](crate::style::Style::words) |
 //!
 //! A folded table's entry `i` is at `(i % WIDTH, i / WIDTH)`. Every cell that is not solid has cuts of
 //! its own, so that nothing else is loaded to find a region: one for each candidate but the first,
@@ -20,6 +20,7 @@ use crate::cuts::{self, Biquadratic, Candidates, Deciding};
 use crate::error::{Error, Result};
 use crate::grid;
 use crate::model::{Block, Cells, Image, NodeId, RegionId};
+use crate::style::Style;
 
 /// Texels in a row of a folded table. Every WebGL2 device that matters has textures this wide.
 pub const WIDTH: u32 = 1 << 12;
@@ -50,8 +51,8 @@ pub struct Packed {
     pub cells: Vec<u32>,
     /// The cuts of all cells that are not solid: rows of three texels' height.
     pub cuts: Vec<[u32; 4]>,
-    /// The regions' colours.
-    pub styles: Vec<[u8; 4]>,
+    /// How the regions are drawn.
+    pub styles: Vec<[u32; 4]>,
 }
 
 /// What a table's texels are made of.
@@ -61,15 +62,13 @@ pub enum Format {
     R32Uint,
     /// Four u32.
     Rgba32Uint,
-    /// Four bytes, read as 0 to 1.
-    Rgba8Unorm,
 }
 
 impl Format {
     /// Bytes in a texel.
     pub const fn bytes(self) -> u32 {
         match self {
-            Format::R32Uint | Format::Rgba8Unorm => 4,
+            Format::R32Uint => 4,
             Format::Rgba32Uint => 16,
         }
     }
@@ -89,7 +88,7 @@ pub struct Table<'a> {
 impl Packed {
     /// The formats of the tables, in the order of their bindings.
     pub const FORMATS: [Format; 4] =
-        [Format::R32Uint, Format::R32Uint, Format::Rgba32Uint, Format::Rgba8Unorm];
+        [Format::R32Uint, Format::R32Uint, Format::Rgba32Uint, Format::Rgba32Uint];
 
     /// The index of the styles among the tables.
     pub const STYLES: usize = 3;
@@ -112,7 +111,7 @@ impl Packed {
             blocks: Vec::with_capacity(image.blocks.len()),
             cells: Vec::new(),
             cuts: Vec::new(),
-            styles: image.regions.iter().map(|region| region.color).collect(),
+            styles: image.regions.iter().map(|r| Style::plain(r.color).words()).collect(),
         };
         let mut cuts = Vec::new();
         for block in &image.blocks {
@@ -164,9 +163,23 @@ impl Packed {
         ]
     }
 
-    /// Where a region's style is in its table.
-    pub fn style_place(region: RegionId) -> [u32; 2] {
-        [region % WIDTH, region / WIDTH]
+    /// The rectangles of the table of styles that so many regions from `first` on take, as far as it
+    /// reaches: the place and the number of entries of each, all in one row.
+    pub fn style_rows(
+        table: [u32; 2],
+        first: RegionId,
+        count: usize,
+    ) -> impl Iterator<Item = ([u32; 2], u32)> {
+        let [columns, rows] = table;
+        let end = u64::from(first) + count as u64;
+        let end = end.min(u64::from(columns) * u64::from(rows));
+        let mut at = u64::from(first);
+        std::iter::from_fn(move || {
+            let [x, y] = [at % u64::from(WIDTH), at / u64::from(WIDTH)];
+            let here = (end.checked_sub(at)?).min(u64::from(WIDTH) - x);
+            at += here;
+            (here > 0).then_some(([x as u32, y as u32], here as u32))
+        })
     }
 
     /// Appends the words and the cuts of a block's cells.

@@ -205,7 +205,8 @@ fn words_are_laid_out_as_the_table_says() {
             [2, 0b0111 | 0b1010 << 16, 0]
         ]
     );
-    assert_eq!(packed.styles, [[1, 2, 3, 255], [40, 50, 60, 128], [7, 8, 9, 0]]);
+    let colors = [[1, 2, 3, 255], [40, 50, 60, 128], [7, 8, 9, 0]];
+    assert_eq!(packed.styles, colors.map(|color| Style::plain(color).words()));
 }
 
 #[test]
@@ -215,7 +216,11 @@ fn long_tables_fold_into_whole_rows() {
     let packed = Packed::new(&model).unwrap();
     let tables = packed.tables();
     assert_eq!(tables[Packed::STYLES].size, [4096, 2]);
-    assert_eq!(Packed::style_place(4099), [3, 1]);
+    let rows = |first, count| Packed::style_rows([4096, 2], first, count).collect::<Vec<_>>();
+    assert_eq!(rows(4099, 1), [([3, 1], 1)]);
+    assert_eq!(rows(4090, 4200), [([4090, 0], 6), ([0, 1], 4096)]);
+    assert_eq!(rows(u32::MAX, 5), []);
+    assert_eq!(Packed::style_rows([3, 1], 1, 7).collect::<Vec<_>>(), [([1, 0], 2)]);
     for (table, format) in tables.iter().zip(Packed::FORMATS) {
         let [width, height] = table.size;
         assert_eq!(table.format, format);

@@ -7,6 +7,7 @@ use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
 use crate::placement::Placement;
+use crate::style::{Style, Styles};
 use std::sync::Arc;
 
 /// Which GPU to take.
@@ -74,9 +75,11 @@ impl Renderer {
         self.gpu.upload(Arc::new(image.clone()))
     }
 
-    /// Gives a region another colour (straight RGBA): four bytes to the GPU, nothing decoded anew.
-    pub fn set_style(&self, scene: &Scene, region: RegionId, color: [u8; 4]) {
-        self.gpu.set_style(scene, region, color);
+    /// Gives regions from `first` on other styles: sixteen bytes to the GPU for each, and nothing is
+    /// decoded anew. Regions that the picture does not have are left out.
+    pub fn set_styles(&self, scene: &mut Scene, first: RegionId, styles: &[Style]) {
+        let words: Vec<[u32; 4]> = styles.iter().map(Style::words).collect();
+        self.gpu.set_styles(scene, first, &words);
     }
 
     /// Draws the camera's viewport: straight RGBA, rows from the top. Each scene covers those before
@@ -193,7 +196,10 @@ fn layers<'a>(
     let size = camera.viewport();
     let to = Target { height: size[1], origin: Origin::TopLeft, alpha: Alpha::Straight };
     let layer = |&(scene, placement): &(&'a Scene, Placement)| {
-        Some((scene, Layer::new(&placement, &scene.image, camera, to, size, antialias)?))
+        Some((
+            scene,
+            Layer::new(&placement, &scene.image, camera, to, size, (antialias, scene.reach))?,
+        ))
     };
     scenes.iter().filter_map(layer).collect()
 }
@@ -203,8 +209,14 @@ fn layers<'a>(
 ///
 /// # Errors
 /// As [`Renderer::new`], [`Renderer::upload`] and [`Renderer::render`].
-pub fn render(image: &Image, camera: &Camera, antialias: bool) -> Result<Vec<[u8; 4]>> {
+pub fn render(
+    image: &Image,
+    styles: &Styles,
+    camera: &Camera,
+    antialias: bool,
+) -> Result<Vec<[u8; 4]>> {
     let renderer = Renderer::new(Options::default())?;
-    let scene = renderer.upload(image)?;
+    let mut scene = renderer.upload(image)?;
+    renderer.gpu.set_styles(&mut scene, 0, styles.words());
     renderer.render(&[(&scene, Placement::whole(image.size))], camera, antialias)
 }

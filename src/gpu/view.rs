@@ -5,6 +5,7 @@ use super::close::Close;
 use crate::camera::Camera;
 use crate::model::Image;
 use crate::placement::{Placement, SceneView};
+use crate::style::Reach;
 
 /// Where a back end's fragment positions have their origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +55,7 @@ impl Layer {
         camera: &Camera,
         target: Target,
         size: [u32; 2],
-        antialias: bool,
+        (antialias, reach): (bool, Reach),
     ) -> Option<Self> {
         let view = placement.seen(camera, antialias)?;
         let [from, to] = view.own;
@@ -63,7 +64,12 @@ impl Layer {
             return None;
         }
         let mut uniforms = ViewUniforms::new(&view, image.block_log2, target, antialias);
-        let close = Close::new(image, &view);
+        let reach = reach.at(view.source);
+        uniforms.reach = reach as f32;
+        if uniforms.reach > 0.0 {
+            uniforms.flags |= ViewUniforms::OUTLINES;
+        }
+        let close = Close::new(image, &view, 2.0 * reach);
         if let Some(close) = &close {
             uniforms.split = close.split;
             uniforms.flags |= ViewUniforms::CLOSE;
@@ -100,17 +106,24 @@ pub struct ViewUniforms {
     pub block_log2: u32,
     /// [`ANTIALIAS`](Self::ANTIALIAS) and [`STRAIGHT`](Self::STRAIGHT).
     pub flags: u32,
+    /// How far outlines reach from boundaries, in screen pixels. With 0 there are none.
+    pub reach: f32,
+    /// The middle of the viewport in a pattern's pixels, how many of these a screen pixel is, and
+    /// screen pixels per source pixel.
+    pub pattern: [f32; 4],
 }
 
 impl ViewUniforms {
     /// Bytes of the uniform block.
-    pub const SIZE: usize = 96;
+    pub const SIZE: usize = 112;
     /// In `flags`: blend across boundaries.
     pub const ANTIALIAS: u32 = 1;
     /// In `flags`: give straight colours.
     pub const STRAIGHT: u32 = 2;
     /// In `flags`: the tables are those of [`Close`].
     pub const CLOSE: u32 = 4;
+    /// In `flags`: there are outlines to draw.
+    pub const OUTLINES: u32 = 8;
 
     /// A view of a scene, drawn into `target`.
     pub(crate) fn new(view: &SceneView, block_log2: u8, target: Target, antialias: bool) -> Self {
@@ -123,6 +136,7 @@ impl ViewUniforms {
         if target.alpha == Alpha::Straight {
             flags |= Self::STRAIGHT;
         }
+        let [x, y, step] = view.pattern;
         ViewUniforms {
             edges: view.edges.map(|edge| edge as f32),
             // `Camera` keeps the middle within the picture, whose sides are far below 2³¹ (`Packed`).
@@ -140,6 +154,8 @@ impl ViewUniforms {
             samples,
             block_log2: block_log2.into(),
             flags,
+            reach: 0.0,
+            pattern: [x, y, step, view.source].map(|n| n as f32),
         }
     }
 
@@ -158,8 +174,11 @@ impl ViewUniforms {
             floats(self.split),
             floats([self.pixel, self.sub_pixel]),
             [self.samples, self.block_log2],
-            [self.flags, 0],
+            [self.flags, self.reach.to_bits()],
+            // What follows is aligned.
             [0; 2],
+            floats([self.pattern[0], self.pattern[1]]),
+            floats([self.pattern[2], self.pattern[3]]),
         ];
         let mut bytes = [0; Self::SIZE];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words.as_flattened()) {

@@ -24,7 +24,6 @@ pub(super) struct Scene {
     gl: Gl,
     /// After the scene's own tables the two that take the place of some from close by.
     tables: Vec<WebGlTexture>,
-    regions: [u32; 2],
 }
 
 impl Drop for Scene {
@@ -68,8 +67,7 @@ impl WebGl {
     pub fn upload(&self, packed: &Packed) -> Result<Scene> {
         let tables = packed.tables();
         // Constructed first, so that what was created is freed where a later table fails.
-        let mut scene =
-            Scene { gl: self.gl.clone(), tables: Vec::new(), regions: tables[Packed::STYLES].size };
+        let mut scene = Scene { gl: self.gl.clone(), tables: Vec::new() };
         for table in tables.iter().chain(&Close::room()) {
             let texture = self.gl.create_texture().ok_or_else(|| lost(&self.gl))?;
             self.gl.bind_texture(Gl::TEXTURE_2D, Some(&texture));
@@ -85,13 +83,12 @@ impl WebGl {
         }
     }
 
-    pub fn set_style(&self, scene: &Scene, region: u32, color: [u8; 4]) {
-        let [x, y] = Packed::style_place(region);
-        if x < scene.regions[0] && y < scene.regions[1] {
-            self.gl.bind_texture(Gl::TEXTURE_2D, Some(&scene.tables[Packed::STYLES]));
-            // It cannot fail: the place is in the texture.
-            let _ = self.write(Format::Rgba8Unorm, [x, y], [1, 1], &color);
-        }
+    /// Writes records of styles into a row of their table.
+    pub fn set_styles(&self, scene: &Scene, at: [u32; 2], words: &[u32]) {
+        self.gl.bind_texture(Gl::TEXTURE_2D, Some(&scene.tables[Packed::STYLES]));
+        let size = [words.len() as u32 / 4, 1];
+        // It cannot fail: the place is in the texture.
+        let _ = self.write(Format::Rgba32Uint, at, size, bytemuck::cast_slice(words));
     }
 
     /// Draws scenes on the canvas, `size` large, one over the other.
@@ -148,13 +145,10 @@ impl WebGl {
 
     /// Writes a rectangle of the bound texture.
     fn write(&self, format: Format, at: [u32; 2], size: [u32; 2], bytes: &[u8]) -> Result<()> {
-        let (_, format, ty) = layout(format);
+        let (_, format) = layout(format);
         let copy = js_sys::Uint8Array::from(bytes);
         // WebGL checks that the array's type is the texture's.
-        let source = match ty {
-            Gl::UNSIGNED_INT => js_sys::Uint32Array::new(&copy.buffer()).into(),
-            _ => js_sys::Object::from(copy),
-        };
+        let source = js_sys::Uint32Array::new(&copy.buffer());
         let ([x, y], [width, height]) = (at.map(|n| n as i32), size.map(|n| n as i32));
         self.gl
             .tex_sub_image_2d_with_i32_and_i32_and_u32_and_type_and_opt_array_buffer_view(
@@ -165,7 +159,7 @@ impl WebGl {
                 width,
                 height,
                 format,
-                ty,
+                Gl::UNSIGNED_INT,
                 Some(&source),
             )
             .map_err(|_| lost(&self.gl))
@@ -182,12 +176,11 @@ impl Drop for WebGl {
     }
 }
 
-/// Internal format, format, and what a texel's components are.
-fn layout(format: Format) -> (u32, u32, u32) {
+/// Internal format, and format; a texel's components are whole numbers.
+fn layout(format: Format) -> (u32, u32) {
     match format {
-        Format::R32Uint => (Gl::R32UI, Gl::RED_INTEGER, Gl::UNSIGNED_INT),
-        Format::Rgba32Uint => (Gl::RGBA32UI, Gl::RGBA_INTEGER, Gl::UNSIGNED_INT),
-        Format::Rgba8Unorm => (Gl::RGBA8, Gl::RGBA, Gl::UNSIGNED_BYTE),
+        Format::R32Uint => (Gl::R32UI, Gl::RED_INTEGER),
+        Format::Rgba32Uint => (Gl::RGBA32UI, Gl::RGBA_INTEGER),
     }
 }
 

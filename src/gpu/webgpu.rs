@@ -53,7 +53,6 @@ struct Uniforms {
 pub(super) struct Scene {
     /// After the scene's own tables the two that take the place of some from close by.
     tables: Vec<Texture>,
-    regions: [u32; 2],
     /// As a rule, and from close by.
     bindings: [JsValue; 2],
 }
@@ -149,15 +148,13 @@ impl WebGpu {
                 .collect();
             bind(&self.device, &self.layouts[1], &entries)
         });
-        let regions = own[Packed::STYLES].size;
-        Ok(Scene { tables, regions, bindings })
+        Ok(Scene { tables, bindings })
     }
 
-    pub fn set_style(&self, scene: &Scene, region: u32, color: [u8; 4]) {
-        let [x, y] = Packed::style_place(region);
-        if x < scene.regions[0] && y < scene.regions[1] {
-            self.write(&scene.tables[Packed::STYLES], [x, y], [1, 1], &color);
-        }
+    /// Writes records of styles into a row of their table.
+    pub fn set_styles(&self, scene: &Scene, at: [u32; 2], words: &[u32]) {
+        let size = [words.len() as u32 / 4, 1];
+        self.write(&scene.tables[Packed::STYLES], at, size, bytemuck::cast_slice(words));
     }
 
     /// Draws scenes on the canvas, `size` large, one over the other.
@@ -214,7 +211,6 @@ impl WebGpu {
         let format = match table.format {
             Format::R32Uint => "r32uint",
             Format::Rgba32Uint => "rgba32uint",
-            Format::Rgba8Unorm => "rgba8unorm",
         };
         let texture = self.device.create_texture(&object([
             ("size", &pair([width, height])),
@@ -316,13 +312,7 @@ fn bind_group_layouts(device: &Device) -> [JsValue; 2] {
     let uniforms = entry(0, "buffer", object([("hasDynamicOffset", &true.into())]));
     let tables: Array = (0..)
         .zip(Packed::FORMATS)
-        .map(|(binding, format)| {
-            let sample_type = match format {
-                Format::Rgba8Unorm => "unfilterable-float",
-                _ => "uint",
-            };
-            entry(binding, "texture", object([("sampleType", &sample_type.into())]))
-        })
+        .map(|(binding, _)| entry(binding, "texture", object([("sampleType", &"uint".into())])))
         .collect();
     [Array::of1(&uniforms), tables]
         .map(|entries| device.create_bind_group_layout(&object([("entries", &entries)])))

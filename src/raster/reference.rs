@@ -3,11 +3,13 @@
 //! `shaders/decode.wgsl` does the same in f32; `tests/suite/gpu.rs` compares them.
 
 use super::shares::{Linear, REACH, share_of_square, shares_of_three};
+use super::styled::Styled;
 use crate::camera::Camera;
-use crate::gamma;
+use crate::gamma::{self, Value};
 use crate::grid::Point;
 use crate::model::{Image, Located, Model, NodeId, RegionId};
 use crate::placement::Placement;
+use crate::style::Styles;
 
 /// What γ says of a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,12 +112,38 @@ pub fn render_scene_row(
     antialias: bool,
     row: &mut [[u8; 4]],
 ) {
+    draw_row(model, None, placement, camera, y, antialias, row);
+}
+
+/// The same with styles for the scene's regions.
+pub fn render_styled_row(
+    model: &Image,
+    styles: &Styles,
+    placement: &Placement,
+    camera: &Camera,
+    y: u32,
+    antialias: bool,
+    row: &mut [[u8; 4]],
+) {
+    draw_row(model, Some(styles), placement, camera, y, antialias, row);
+}
+
+fn draw_row(
+    model: &Image,
+    styles: Option<&Styles>,
+    placement: &Placement,
+    camera: &Camera,
+    y: u32,
+    antialias: bool,
+    row: &mut [[u8; 4]],
+) {
     let Some(view) = placement.seen(camera, antialias) else { return };
     let [from, to] = view.own;
     if !(from[1]..to[1]).contains(&y) {
         return;
     }
     let samples = if antialias { view.samples() } else { 1 };
+    let styled = Styled { model, styles, view: &view, samples: f64::from(samples), antialias };
     for x in from[0]..to[0] {
         let mut sum = [0.0; 4];
         for sample in 0..samples * samples {
@@ -123,9 +151,7 @@ pub fn render_scene_row(
             let within = [sample % samples, sample / samples].map(f64::from);
             let screen: [f64; 2] =
                 std::array::from_fn(|a| at[a] + (within[a] + 0.5) / f64::from(samples));
-            let sub_pixel = 1.0 / (view.scale * f64::from(samples));
-            let point = view.place(screen);
-            let color = sample_color(model, &point, antialias.then_some(sub_pixel));
+            let color = styled.color(screen);
             for channel in 0..4 {
                 sum[channel] += color[channel];
             }
@@ -135,78 +161,79 @@ pub fn render_scene_row(
     }
 }
 
-/// The premultiplied colour at a place; blended across boundaries where the width of a sub-sample is
-/// given, in source pixels.
-fn sample_color(model: &Image, point: &Point<2>, sub_pixel: Option<f64>) -> [f64; 4] {
-    let Some(sub_pixel) = sub_pixel else {
-        return decode_at(model, point).map_or([0.0; 4], |decoded| node_color(model, decoded.node));
-    };
-    let mut color = [0.0; 4];
-    for (node, share) in shares(model, point, sub_pixel).into_iter().flatten() {
-        let own = node_color(model, node);
-        for channel in 0..4 {
-            color[channel] += share * own[channel];
-        }
-    }
-    color
-}
-
 /// A boundary near a place: the node across, and p and its gradient by sub-samples, p positive on the
 /// place's own side.
-struct Side {
-    node: NodeId,
-    distance: f64,
-    linear: Linear,
+pub(super) struct Side {
+    pub node: NodeId,
+    pub distance: f64,
+    pub linear: Linear,
 }
 
-/// How much of a sub-sample up to three nodes cover.
-fn shares(model: &Image, point: &Point<2>, sub_pixel: f64) -> [Option<(NodeId, f64)>; 3] {
-    let at = match model.locate(point) {
-        Located::Outside => return [None; 3],
-        Located::Solid(node) => return [Some((node, 1.0)), None, None],
-        Located::Cell(at) => at,
-    };
-    let candidates = model.candidates(at.cells, at.cell);
-    let (v, jacobian) = model.interpolate(&at);
-    let region = |id: NodeId| model.nodes[id as usize].region;
-    // p_ij as a linear function of the place about the middle.
-    let linear = |i: NodeId, j: NodeId| {
-        let plane = model.plane(i, j)?;
-        let along = |axis: usize| -> f64 {
-            (0..3).map(|e| plane.normal[e] * jacobian[e][axis] * sub_pixel).sum()
+/// What γ says of a place, and the boundaries in its cell.
+pub(super) struct Around {
+    /// The winner.
+    pub node: NodeId,
+    /// Its boundaries with other regions, the nearest first.
+    pub sides: Vec<Side>,
+    value: Value<3>,
+    /// The value's derivatives by sub-samples.
+    jacobian: [[f64; 2]; 3],
+}
+
+impl Around {
+    /// `None` outside the picture. A sub-sample is `sub_pixel` source pixels wide.
+    pub fn new(model: &Image, point: &Point<2>, sub_pixel: f64) -> Option<Self> {
+        let at = match model.locate(point) {
+            Located::Outside => return None,
+            Located::Solid(node) => {
+                let (value, jacobian) = ([0.0; 3], [[0.0; 2]; 3]);
+                return Some(Around { node, sides: Vec::new(), value, jacobian });
+            }
+            Located::Cell(at) => at,
         };
-        Some([plane.at(v), along(0), along(1)])
-    };
-    let Some(winner) = model.winner(candidates, v) else { return [None; 3] };
-    let mut sides: Vec<Side> = Vec::new();
-    for &node in candidates {
-        let other = region(node).is_some() && region(node) != region(winner);
-        if !other || !model.has_edge(winner, node) {
-            continue;
+        let candidates = model.candidates(at.cells, at.cell);
+        let (value, jacobian) = model.interpolate(&at);
+        let jacobian = jacobian.map(|row| row.map(|d| d * sub_pixel));
+        let node = model.winner(candidates, value)?;
+        let mut around = Around { node, sides: Vec::new(), value, jacobian };
+        let region = |id: NodeId| model.nodes[id as usize].region;
+        for &other in candidates {
+            let is_other = region(other).is_some() && region(other) != region(node);
+            if !is_other || !model.has_edge(node, other) {
+                continue;
+            }
+            let Some(linear) = around.linear(model, node, other) else { continue };
+            let steepness = linear[1].hypot(linear[2]);
+            let distance =
+                if steepness > 0.0 { linear[0].max(0.0) / steepness } else { f64::INFINITY };
+            around.sides.push(Side { node: other, distance, linear });
         }
-        let Some(linear) = linear(winner, node) else { continue };
-        let steepness = linear[1].hypot(linear[2]);
-        let distance = if steepness > 0.0 { linear[0].max(0.0) / steepness } else { f64::INFINITY };
-        sides.push(Side { node, distance, linear });
+        around.sides.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        Some(around)
     }
-    sides.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-    sides.retain(|side| side.distance < REACH);
-    let Some(near) = sides.first() else { return [Some((winner, 1.0)), None, None] };
-    let Some(next) = sides.iter().find(|side| region(side.node) != region(near.node)) else {
-        let own = share_of_square(near.distance, [near.linear[1], near.linear[2]]);
-        return [Some((winner, own)), Some((near.node, 1.0 - own)), None];
-    };
-    // Three regions meet.
-    let between = linear(near.node, next.node).unwrap_or([0.0; 3]);
-    let counts = shares_of_three(near.linear, next.linear, between);
-    [Some((winner, counts[0])), Some((near.node, counts[1])), Some((next.node, counts[2]))]
-}
 
-fn node_color(model: &Image, node: NodeId) -> [f64; 4] {
-    let Some(region) = model.nodes[node as usize].region else { return [0.0; 4] };
-    let [r, g, b, a] = model.regions[region as usize].color.map(f64::from);
-    let alpha = a / 255.0;
-    [r * alpha, g * alpha, b * alpha, a]
+    /// p_ij as a linear function of the place about the middle.
+    fn linear(&self, model: &Image, i: NodeId, j: NodeId) -> Option<Linear> {
+        let plane = model.plane(i, j)?;
+        let along =
+            |axis: usize| -> f64 { (0..3).map(|e| plane.normal[e] * self.jacobian[e][axis]).sum() };
+        Some([plane.at(self.value), along(0), along(1)])
+    }
+
+    /// How much of a sub-sample up to three nodes cover, these taken as straight within it.
+    pub fn shares(&self, model: &Image) -> [Option<(NodeId, f64)>; 3] {
+        let region = |id: NodeId| model.nodes[id as usize].region;
+        let mut near = self.sides.iter().take_while(|side| side.distance < REACH);
+        let Some(first) = near.next() else { return [Some((self.node, 1.0)), None, None] };
+        let Some(next) = near.find(|side| region(side.node) != region(first.node)) else {
+            let own = share_of_square(first.distance, [first.linear[1], first.linear[2]]);
+            return [Some((self.node, own)), Some((first.node, 1.0 - own)), None];
+        };
+        // Three regions meet.
+        let between = self.linear(model, first.node, next.node).unwrap_or([0.0; 3]);
+        let counts = shares_of_three(first.linear, next.linear, between);
+        [Some((self.node, counts[0])), Some((first.node, counts[1])), Some((next.node, counts[2]))]
+    }
 }
 
 fn straight([r, g, b, a]: [f64; 4]) -> [u8; 4] {

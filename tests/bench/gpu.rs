@@ -6,6 +6,7 @@ use crate::{Rows, pictures};
 use istar::gpu::{Options, Renderer, Scene};
 use istar::grid::{self, Point};
 use istar::model::{Block, Cells, Lists, Node, Region};
+use istar::style::Style;
 use istar::{Camera, EncodeOptions, Gamma, Image, Kernel, Placement, encode, raster};
 
 mod quad;
@@ -18,6 +19,8 @@ const FRAMES: u32 = 10;
 /// The least of so many means counts.
 const TIMES: usize = 5;
 
+/// Regions that are recoloured at once.
+const RECOLOURED: u32 = 100_000;
 /// Regions of the pictures that differ in nothing else.
 const REGIONS: [u32; 3] = [100, 10_000, 1_000_000];
 
@@ -75,7 +78,30 @@ pub fn print(rows: &Rows) -> bool {
             );
         }
     }
+    recolour(&renderer, side);
     true
+}
+
+/// All of many regions get another colour, and then one of them: what it takes until a frame shows it, beside
+/// one that changes nothing.
+fn recolour(renderer: &Renderer, side: u32) {
+    let image = checkered(RECOLOURED);
+    let mut scene = renderer.upload(&image).expect("room for the picture");
+    let mut camera = Camera::new(image.size, [side; 2]);
+    camera.look_at(Point::new([4003.3, 4001.7]), 1.0);
+    for (what, count) in [("nothing", 0), ("one", 1), ("all", RECOLOURED)] {
+        let mut least = f64::MAX;
+        for time in 0..TIMES as u8 {
+            let styles: Vec<Style> =
+                (0..count).map(|i| Style::plain([time, i as u8, (i >> 8) as u8, 255])).collect();
+            let start = std::time::Instant::now();
+            renderer.set_styles(&mut scene, 0, &styles);
+            let placed = [(&scene, Placement::whole(image.size))];
+            renderer.seconds_per_frame(&placed, &camera, 1).expect("a frame");
+            least = least.min(start.elapsed().as_secs_f64());
+        }
+        println!("{RECOLOURED:<14} recolour {what:<8} {:>9.3} ms", 1e3 * least);
+    }
 }
 
 /// What is looked at: the whole, a place where cells are solid, and a boundary.

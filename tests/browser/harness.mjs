@@ -151,12 +151,16 @@ export async function shot(page) {
   return PNG.sync.read(Buffer.from(base64, 'base64'));
 }
 
-/** The same view drawn by the CPU in f64. */
-export function oracle(file, { x, y, scale }, { width, height }) {
+/** The same view drawn by the CPU in f64, with styles if there are any. */
+export function oracle(file, { x, y, scale }, { width, height }, styles) {
   const folder = mkdtempSync(join(tmpdir(), 'istar-'));
   try {
     const png = join(folder, 'oracle.png');
     const view = ['--center', `${x},${y}`, '--scale', String(scale), '--size', `${width}x${height}`];
+    if (styles) {
+      writeFileSync(join(folder, 'styles.json'), JSON.stringify(styles));
+      view.push('--style', join(folder, 'styles.json'));
+    }
     execFileSync(cli, ['render', file, '-o', png, ...view], { stdio: ['ignore', 'ignore', 'inherit'] });
     return PNG.sync.read(readFileSync(png));
   } finally {

@@ -272,6 +272,10 @@ function lose(page) {
 for (const backend of harness.BACKENDS) {
   test(`a lost ${backend} device is replaced, and the view goes on`, async () => {
     const { page, uncaught, close } = await openLosable(backend);
+    await page.evaluate(() => {
+      const viewer = document.querySelector('istar-viewer');
+      viewer.styles = { all: { outline: { color: 'red' } }, regions: { 3: { color: 'teal' } } };
+    });
     await harness.zoomTo(page, 3018, 684, 8);
     const before = await harness.shot(page);
     const file = page.waitForRequest('**/*.istar', { timeout: 2000 }).then(

@@ -163,7 +163,15 @@ fn tiles_and_levels_are_told_drawn_and_verified_one_by_one() {
     };
     same(&["decode"]);
     same(&["decode", "--what", "regions"]);
-    same(&["render", "--center", "511.5,384.2", "--scale", "2.5", "--size", "90x70"]);
+    let view = ["--center", "511.5,384.2", "--scale", "2.5", "--size", "90x70"];
+    same(&[&["render"], &view[..]].concat());
+    let plain = std::fs::read(out).unwrap();
+    // Regions have the same numbers in tiles.
+    let styles = br##"{"all": {"outline": {"color": "red", "unit": "source"}}, "regions":
+        {"3": {"color": "lime"}, "60": {"pattern": {"motif": "grid"}}}}"##;
+    let styles = folder.file("styles.json", styles);
+    same(&[&["render", "--style", text(&styles)], &view[..]].concat());
+    assert_ne!(std::fs::read(out).unwrap(), plain);
     // A coarser level in place of the finest.
     succeed(&["decode", tiled, "-o", out, "--width", "50", "--what", "regions"]);
     assert_eq!(png_size(out), [50, 50]);

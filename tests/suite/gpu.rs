@@ -2,12 +2,13 @@
 //! A machine without any Vulkan, Metal or DX12 driver fails here; the set-up installs lavapipe.
 
 mod scenes;
+mod styles;
 
 use crate::views::{VIEWPORT, differing, reference, views};
 use crate::{failures, fixtures};
 use istar::gpu::{Options, Renderer, Scene};
 use istar::grid::Point;
-use istar::{Camera, Gamma, Image, Kernel, Placement, raster};
+use istar::{Camera, Gamma, Image, Kernel, Placement};
 
 /// The most that a channel may differ. f32 carries a boundary's place to about 10⁻⁵ source pixels,
 /// a hundredth of a screen pixel at the largest scale here, or 2.5 of 255 where black meets white.
@@ -77,22 +78,6 @@ fn the_gpu_cuts_with_planes_as_the_reference_does() {
             }
         }
     }
-}
-
-#[test]
-fn a_style_is_rewritten_alone() {
-    let renderer = renderer();
-    let mut image = fixtures::discs_encoded();
-    let scene = renderer.upload(&image).unwrap();
-    let camera = Camera::new(image.size, VIEWPORT);
-    let middle = Point::new(image.size.map(|n| f64::from(n) * 0.5));
-    let region = raster::region_at(&image, &middle).unwrap();
-    image.regions[region as usize].color = [250, 10, 130, 77];
-    renderer.set_style(&scene, region, [250, 10, 130, 77]);
-    compare("restyled", &renderer, &scene, &image, &camera);
-    // A region that is not there is no business of the device.
-    renderer.set_style(&scene, u32::MAX, [0; 4]);
-    renderer.render(&[(&scene, Placement::whole(image.size))], &camera, true).unwrap();
 }
 
 #[test]

@@ -73,6 +73,12 @@ fn supersampled(image: &Image, camera: &Camera) -> Vec<Oracle> {
 fn at_every_scale_it_is_the_mean_of_many_samples() {
     let real = |name: &str| name.contains("map") || name.contains("emblem");
     for (name, image) in fixtures::pictures().iter().filter(|(name, _)| real(name)) {
+        #[cfg(feature = "gpu")]
+        let (renderer, scene) = {
+            let renderer = istar::gpu::Renderer::new(Default::default()).expect("a GPU driver");
+            let scene = renderer.upload(image).expect("room for the picture");
+            (renderer, scene)
+        };
         let boundary = on_a_boundary(image).expect("a boundary");
         // Where strokes part everything there is none.
         let junction = junction(image).unwrap_or(boundary);
@@ -83,9 +89,16 @@ fn at_every_scale_it_is_the_mean_of_many_samples() {
                 let oracle = supersampled(image, &camera);
                 let mut pixels = vec![[0; 4]; (VIEWPORT[0] * VIEWPORT[1]) as usize];
                 Painter::new(image).draw(&camera, 0, true, &mut pixels);
-                for (who, drawn) in
-                    [("reference", reference(image, &camera, true)), ("painter", pixels)]
-                {
+                let all = [
+                    ("reference", reference(image, &camera, true)),
+                    ("painter", pixels),
+                    #[cfg(feature = "gpu")]
+                    ("gpu", {
+                        let whole = istar::Placement::whole(image.size);
+                        renderer.render(&[(&scene, whole)], &camera, true).expect("a frame")
+                    }),
+                ];
+                for (who, drawn) in all {
                     let (psnr, worst) = errors(&oracle, &drawn);
                     let view = format!("{name}, {what} at {scale}, {who}");
                     assert!(psnr >= LEAST_PSNR, "{view}: {psnr} dB");

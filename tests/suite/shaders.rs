@@ -4,7 +4,7 @@
 #[path = "../../shaders/translate.rs"]
 mod translate;
 
-use translate::{PASSES, Pass, minify, translate, validate};
+use translate::{PASSES, Pass, minify, shorten, translate, validate};
 
 fn wgsl(pass: &Pass) -> String {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
@@ -14,7 +14,10 @@ fn wgsl(pass: &Pass) -> String {
 #[test]
 fn every_pass_is_valid_and_translates_to_webgl2() {
     for pass in &PASSES {
-        for text in [wgsl(pass), minify(&wgsl(pass))] {
+        let minified = minify(&wgsl(pass));
+        let short = shorten(&minified, &[pass.vertex, pass.fragment]);
+        assert!(short.len() * 4 < minified.len() * 3, "{} of {}", short.len(), minified.len());
+        for text in [wgsl(pass), minified, short] {
             let (module, info) = validate(&text).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
             let glsl = translate(pass, &module, &info).unwrap();
             for stage in [&glsl.vertex, &glsl.fragment] {
@@ -68,6 +71,8 @@ mod twins {
         samples: 17,
         block_log2: 18,
         flags: 19,
+        reach: 22.0,
+        pattern: [23.0, 24.0, 25.0, 26.0],
     };
 
     #[test]
@@ -88,6 +93,8 @@ mod twins {
             ("samples", vec![view.samples]),
             ("block_log2", vec![view.block_log2]),
             ("flags", vec![view.flags]),
+            ("reach", float(&[view.reach])),
+            ("pattern", float(&view.pattern)),
         ];
         let bytes = view.to_bytes();
         for pass in &PASSES {
@@ -117,6 +124,7 @@ mod twins {
             ("ANTIALIAS", ViewUniforms::ANTIALIAS),
             ("STRAIGHT", ViewUniforms::STRAIGHT),
             ("CLOSE", ViewUniforms::CLOSE),
+            ("OUTLINES", ViewUniforms::OUTLINES),
             ("MAX_CANDIDATES", MAX_CANDIDATES as u32),
             ("MAX_SAMPLES", MAX_SAMPLES),
             ("WIDTH_LOG2", WIDTH.trailing_zeros()),

@@ -5,9 +5,10 @@ import type { Renderer, Scene } from './engine.js';
 import type { ErrorKind } from './errors.js';
 import type { Centre } from './place.js';
 
-/** What the worker is given: a tile, the number of one that is no longer needed, or a view to paint. */
+/** What the worker is given: a tile, styles of one, the number of one that is no longer needed, or a view to paint. */
 export type PaintJob =
   | (RawTile & { tile: number })
+  | { tile: number; first: number; words: Uint32Array }
   | { free: number }
   | { frame: number; tiles: number[]; width: number; height: number; scale: number; centre: Centre };
 
@@ -58,6 +59,10 @@ class CpuRenderer implements Renderer {
     const bytes = raw.bytes.slice();
     this.#post({ ...raw, tile, bytes }, [bytes.buffer]);
     return { tile, bytes: size, free: () => this.#post({ free: tile }) };
+  }
+
+  setStyles({ tile }: PaintedScene, first: number, words: Uint32Array): void {
+    this.#post({ tile, first, words });
   }
 
   place(scene: PaintedScene): void {

@@ -17,6 +17,7 @@ import { listenForKeys } from './keyboard.js';
 import { Message } from './message.js';
 import { FetchSource } from './source.js';
 import { Status } from './status.js';
+import type { Style, StyleSheet } from './styles.js';
 import { View } from './view.js';
 import { listenForWheel } from './wheel.js';
 
@@ -143,6 +144,22 @@ export class IStarViewer extends Base {
    */
   regionsWithin(outline: Iterable<readonly [clientX: number, clientY: number]>): number[] {
     return this.#view.regionsWithin(outline);
+  }
+
+  /** Gives a region, or several, a style in place of the one they had; null takes it away. */
+  setStyle(regions: number | Iterable<number>, style: Style | null): void {
+    this.#view.styles.set(typeof regions === 'number' ? [regions] : regions, style);
+    this.#view.redraw();
+  }
+
+  /** All that `setStyle` has set, and styles for all regions and for colours: plain data, to be saved and set again. */
+  get styles(): StyleSheet {
+    return this.#view.styles.sheet;
+  }
+
+  set styles(sheet: StyleSheet) {
+    this.#view.styles.sheet = sheet;
+    this.#view.redraw();
   }
 
   /** The current view as a PNG. */
@@ -323,6 +340,10 @@ export class IStarViewer extends Base {
       (region, left) => {
         if (left !== undefined) this.#emit('regionleave', { region: left });
         if (region !== undefined) this.#emit('regionenter', { region });
+        if (this.hasAttribute('interactive')) {
+          view.styles.light(region);
+          view.redraw();
+        }
         const color = region === undefined ? undefined : view.regionColor(region);
         this.#status.region(region !== undefined && color !== undefined ? { id: region, color } : undefined);
       },

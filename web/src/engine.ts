@@ -19,6 +19,8 @@ export interface Renderer {
   /** What `draw` has painted, where it returns nothing: to be copied in the same task. */
   readonly canvas?: OffscreenCanvas;
   upload(tile: Tile, raw: RawTile): Scene;
+  /** Gives regions of a tile from its `first` on other styles: four words each, as src/style.rs has them. */
+  setStyles(scene: Scene, first: number, words: Uint32Array): void;
   place(scene: Scene, tile: Tile): void;
   /** Draws what was placed since the last frame in so many pixels; the camera has as many. */
   // biome-ignore lint/suspicious/noConfusingVoidType: what wasm returns.

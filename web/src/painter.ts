@@ -28,6 +28,8 @@ async function work(job: PaintJob): Promise<void> {
     tiles.delete(job.free);
   } else if ('bytes' in job) {
     tiles.set(job.tile, PaintedTile.read(job.head, job.level, job.x, job.y, job.bytes));
+  } else if ('words' in job) {
+    tiles.get(job.tile)?.setStyles(job.first, job.words);
   } else {
     const { width, height } = job;
     const frame = new Frame(width, height, job.scale, ...job.centre);

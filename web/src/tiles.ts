@@ -18,6 +18,10 @@ export interface Loaded {
   scene: Scene | undefined;
   /** The frame that last showed it. */
   used: number;
+  /** The styles that it has on the GPU: their version, and the pixel ratio that they were written for. */
+  styled?: { version: number; ratio: number };
+  /** The numbers of its regions, then their colours, once they were asked for. */
+  regions?: Uint32Array;
 }
 
 /** What a view shows. */
@@ -200,5 +204,6 @@ function dropScene(loaded: Loaded): number {
   const bytes = loaded.scene?.bytes ?? 0;
   loaded.scene?.free();
   loaded.scene = undefined;
+  delete loaded.styled;
   return bytes;
 }

@@ -4,6 +4,7 @@ import type { Renderer } from './engine.js';
 import { viewerError } from './errors.js';
 import { Pace } from './pace.js';
 import { placeText, readPlace } from './place.js';
+import { Styles } from './styles.js';
 import { type Loaded, Tiles } from './tiles.js';
 
 /** Centre in source pixels; `scale` is CSS pixels of the screen per source pixel. */
@@ -50,6 +51,7 @@ export interface ViewHooks {
  */
 export class View {
   readonly canvas = document.createElement('canvas');
+  readonly styles = new Styles();
   readonly #context = this.canvas.getContext('2d');
   readonly #hooks: ViewHooks;
   readonly #observer: ResizeObserver;
@@ -301,7 +303,12 @@ export class View {
       const [x, y, moreX, moreY] = camera.place();
       eye.resize(size.width, size.height);
       eye.lookAt(x, y, camera.scale / step, moreX, moreY);
-      for (const { tile, scene } of tiles) if (scene) renderer.place(scene, tile);
+      for (const loaded of tiles) {
+        const { tile, scene } = loaded;
+        if (!scene) continue;
+        this.styles.apply(loaded, scene, renderer, this.#ratio / step);
+        renderer.place(scene, tile);
+      }
       later = renderer.draw(eye, size.width, size.height) ?? undefined;
       frame = { shown, size, step, width, height };
       shown.complete = complete && step === 1;

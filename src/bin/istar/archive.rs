@@ -143,13 +143,18 @@ fn bytes(file: &mut File, range: Range<u64>) -> std::io::Result<Vec<u8>> {
 }
 
 impl Section {
+    /// How wide a pixel of its level is, in source pixels.
+    pub fn step(&self) -> f64 {
+        f64::from(1u32 << (self.level * LEVEL_STEP_LOG2))
+    }
+
     /// The camera that shows of the section what another one shows of the finest level.
     pub fn camera(&self, camera: &Camera) -> Camera {
         let log2 = self.level * LEVEL_STEP_LOG2;
         let mut center = camera.center().coarser(log2);
         (0..2).for_each(|axis| center.whole[axis] -= i64::from(self.first[axis]));
         let mut own = Camera::new(self.image.size, camera.viewport());
-        own.look_at(center, camera.scale() * f64::from(1u32 << log2));
+        own.look_at(center, camera.scale() * self.step());
         own
     }
 }

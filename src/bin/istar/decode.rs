@@ -1,12 +1,13 @@
 //! `istar decode`
 
 use crate::archive::Archive;
-use crate::render::{bands, draw_cpu, draw_tiles};
+use crate::render::{Look, bands, draw_cpu, draw_tiles};
 use crate::{Outcome, files, pictures};
 use clap::ValueEnum;
 use istar::container::Payload;
 use istar::grid::Point;
 use istar::model::RegionId;
+use istar::raster::Painter;
 use istar::{Camera, Image, Limits, raster};
 use std::path::PathBuf;
 
@@ -63,7 +64,7 @@ pub fn run(args: &Args) -> Outcome {
 fn whole(args: &Args, image: &Image, camera: &Camera) -> Result<Vec<u8>, String> {
     match args.what {
         What::Color => {
-            let pixels = draw_cpu(image, camera, !args.no_antialias);
+            let pixels = draw_cpu(&Painter::new(image), camera, !args.no_antialias);
             pictures::write_png(camera.viewport(), &pixels)
         }
         What::Regions => {
@@ -77,7 +78,8 @@ fn whole(args: &Args, image: &Image, camera: &Camera) -> Result<Vec<u8>, String>
 fn tiles(args: &Args, mut archive: Archive, camera: &Camera) -> Result<Vec<u8>, String> {
     match args.what {
         What::Color => {
-            let pixels = draw_tiles(&mut archive, camera, !args.no_antialias)?;
+            let look = Look { antialias: !args.no_antialias, sheet: None };
+            let pixels = draw_tiles(&mut archive, camera, &look)?;
             pictures::write_png(camera.viewport(), &pixels)
         }
         What::Regions => {

@@ -12,6 +12,7 @@ mod progress;
 mod render;
 mod rows;
 mod stream;
+mod styles;
 mod survey;
 mod tell;
 mod verify;

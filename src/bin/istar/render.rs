@@ -1,11 +1,15 @@
 //! `istar render`
 
-use crate::archive::Archive;
+use crate::archive::{Archive, Section};
+use crate::styles::Sheet;
 use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
 use istar::container::Payload;
 use istar::grid::Point;
-use istar::{Camera, Image, Limits, MAX_SCALE, raster};
+use istar::model::RegionId;
+use istar::raster::Painter;
+use istar::style::Styles;
+use istar::{Camera, Image, Limits, MAX_SCALE};
 use rayon::prelude::*;
 use std::path::PathBuf;
 
@@ -33,6 +37,9 @@ pub struct Args {
     /// Let the middle of each pixel decide, without blending
     #[arg(long)]
     no_antialias: bool,
+    /// How regions are drawn: colours, outlines, patterns, what is hidden
+    #[arg(long, value_name = "STYLE.json")]
+    style: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -44,30 +51,54 @@ enum Backend {
 }
 
 pub fn run(args: &Args) -> Outcome {
+    let sheet = args.style.as_deref().map(Sheet::read).transpose()?;
     let output = files::Output::create(&args.output)?;
     let mut archive = Archive::open(&args.input)?;
     archive.check_length()?;
     let size = archive.index.layout().size;
     let mut camera = Camera::new(size, args.size);
     camera.look_at(args.center, args.scale);
-    let antialias = !args.no_antialias;
+    let look = Look { antialias: !args.no_antialias, sheet };
     let pixels = if archive.index.payload() == Payload::Labels || args.backend == Backend::Gpu {
-        let (image, camera) = match archive.index.payload() {
-            Payload::Labels => (files::read_image(&args.input)?.0, camera),
-            Payload::Texels => {
-                let section = archive.view(&camera)?;
-                let camera = section.camera(&camera);
-                (section.image, camera)
-            }
+        let section = match archive.index.payload() {
+            Payload::Labels => whole(files::read_image(&args.input)?.0),
+            Payload::Texels => archive.view(&camera)?,
         };
+        let camera = section.camera(&camera);
+        let styles = look.styles(&section);
         match args.backend {
-            Backend::Cpu => draw_cpu(&image, &camera, antialias),
-            Backend::Gpu => draw_gpu(&image, &camera, antialias)?,
+            Backend::Cpu => {
+                draw_cpu(&Painter::with_styles(&section.image, styles), &camera, look.antialias)
+            }
+            Backend::Gpu => draw_gpu(&section.image, &styles, &camera, look.antialias)?,
         }
     } else {
-        draw_tiles(&mut archive, &camera, antialias)?
+        draw_tiles(&mut archive, &camera, &look)?
     };
     output.finish(&pictures::write_png(args.size, &pixels)?)
+}
+
+/// How a picture is drawn.
+pub struct Look {
+    /// Blend across boundaries.
+    pub antialias: bool,
+    /// Without, as the file has it.
+    pub sheet: Option<Sheet>,
+}
+
+impl Look {
+    fn styles(&self, section: &Section) -> Styles {
+        match &self.sheet {
+            None => Styles::new(&section.image),
+            Some(sheet) => sheet.styles(&section.image, &section.regions, section.step()),
+        }
+    }
+}
+
+/// A picture that is all there is, as a section of its own.
+fn whole(image: Image) -> Section {
+    let regions = (0..image.regions.len() as RegionId).collect();
+    Section { level: 0, first: [0; 2], image, regions }
 }
 
 /// Rows of a view that are drawn at a time, where the tiles of all are too many to be held at once.
@@ -81,12 +112,13 @@ const ROWS_AT_ONCE: u32 = 128;
 pub fn draw_tiles(
     archive: &mut Archive,
     camera: &Camera,
-    antialias: bool,
+    look: &Look,
 ) -> Result<Vec<[u8; 4]>, String> {
     let mut pixels = Vec::with_capacity(istar::grid::count(camera.viewport()));
     for band in bands(archive, camera) {
         let section = archive.view(&band)?;
-        pixels.extend(draw_cpu(&section.image, &section.camera(&band), antialias));
+        let painter = Painter::with_styles(&section.image, look.styles(&section));
+        pixels.extend(draw_cpu(&painter, &section.camera(&band), look.antialias));
     }
     Ok(pixels)
 }
@@ -110,11 +142,10 @@ pub fn bands(archive: &Archive, camera: &Camera) -> Vec<Camera> {
 }
 
 /// Draws a view on all cores.
-pub fn draw_cpu(image: &Image, camera: &Camera, antialias: bool) -> Vec<[u8; 4]> {
+pub fn draw_cpu(painter: &Painter<'_>, camera: &Camera, antialias: bool) -> Vec<[u8; 4]> {
     let [width, height] = camera.viewport();
     let bar = progress::rows(height);
     let mut pixels = vec![[0; 4]; istar::grid::count([width, height])];
-    let painter = raster::Painter::new(image);
     // A cell is looked at once a band.
     let band = (width as usize * ROWS_AT_ONCE as usize).max(1);
     let bands = pixels.par_chunks_mut(band).enumerate();
@@ -127,12 +158,17 @@ pub fn draw_cpu(image: &Image, camera: &Camera, antialias: bool) -> Vec<[u8; 4]>
 }
 
 #[cfg(feature = "gpu")]
-fn draw_gpu(image: &Image, camera: &Camera, antialias: bool) -> Result<Vec<[u8; 4]>, String> {
-    istar::gpu::render(image, camera, antialias).map_err(|error| error.to_string())
+fn draw_gpu(
+    image: &Image,
+    styles: &Styles,
+    camera: &Camera,
+    antialias: bool,
+) -> Result<Vec<[u8; 4]>, String> {
+    istar::gpu::render(image, styles, camera, antialias).map_err(|error| error.to_string())
 }
 
 #[cfg(not(feature = "gpu"))]
-fn draw_gpu(_: &Image, _: &Camera, _: bool) -> Result<Vec<[u8; 4]>, String> {
+fn draw_gpu(_: &Image, _: &Styles, _: &Camera, _: bool) -> Result<Vec<[u8; 4]>, String> {
     Err("this istar was built without GPU support: build it with --features cli,gpu, or take \
          --backend cpu"
         .into())

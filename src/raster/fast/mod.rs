@@ -8,12 +8,14 @@
 mod cell;
 mod spans;
 
+use super::reference::render_styled_row;
 use super::shares::{REACH, share_of_square};
 use crate::camera::Camera;
 use crate::cuts::{self, Candidates, Deciding};
 use crate::grid;
 use crate::model::{Block, Cells, Image, RegionId};
 use crate::placement::{Placement, SceneView};
+use crate::style::Styles;
 use cell::{CellView, Cut, Row};
 use spans::{Axis, Span};
 use std::borrow::Cow;
@@ -26,6 +28,8 @@ pub struct Painter<'a> {
     lists: Vec<Option<Deciding>>,
     /// The colour of each region, straight.
     colors: Vec<[u8; 4]>,
+    /// Styles that are more than colours: drawn a sample at a time, as the reference does.
+    styles: Option<Styles>,
 }
 
 /// Rows of sub-samples that are drawn before they are averaged, about.
@@ -51,9 +55,26 @@ impl<'a> Painter<'a> {
 
     fn with(image: Cow<'a, Image>) -> Self {
         let lists = (0..image.lists.len() as u32).map(|list| Deciding::new(&image, list)).collect();
-        let shown = |color: [u8; 4]| if color[3] == 0 { [0; 4] } else { color };
         let colors = image.regions.iter().map(|region| shown(region.color)).collect();
-        Painter { image, lists, colors }
+        Painter { image, lists, colors, styles: None }
+    }
+
+    /// The same with styles for its regions. Patterns and outlines take their time.
+    pub fn with_styles(image: &'a Image, styles: Styles) -> Self {
+        let mut painter = Painter::new(image);
+        painter.set_styles(styles);
+        painter
+    }
+
+    /// Goes on with other styles.
+    pub fn set_styles(&mut self, styles: Styles) {
+        match styles.plain() {
+            Some(colors) => {
+                self.colors = colors.into_iter().map(shown).collect();
+                self.styles = None;
+            }
+            None => self.styles = Some(styles),
+        }
     }
 
     /// Draws rows of the camera's viewport into `pixels`, straight RGBA, as many rows as it holds from
@@ -100,6 +121,12 @@ impl<'a> Painter<'a> {
         let [from, to] = view.own;
         let rows = from[1].max(first)..to[1].min(last);
         if rows.is_empty() {
+            return;
+        }
+        if let Some(styles) = &self.styles {
+            for (y, row) in (first..).zip(pixels.chunks_exact_mut(width)) {
+                render_styled_row(&self.image, styles, placement, camera, y, antialias, row);
+            }
             return;
         }
         let start = (rows.start - first) as usize * width;
@@ -274,6 +301,11 @@ impl<'a> Painter<'a> {
         }
         None
     }
+}
+
+/// What is transparent has no colour.
+fn shown(color: [u8; 4]) -> [u8; 4] {
+    if color[3] == 0 { [0; 4] } else { color }
 }
 
 /// Draws a row of a cell with two candidates; the cut is positive on the second's side.

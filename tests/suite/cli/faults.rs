@@ -84,6 +84,22 @@ fn an_output_that_cannot_be_written_is_told_and_an_old_one_kept() {
     assert_eq!(std::fs::read(&old).unwrap(), b"precious");
 }
 
+#[test]
+fn a_style_file_that_says_nothing_useful_is_told_before_any_work() {
+    let folder = Folder::new();
+    let out = folder.path("out.png");
+    let place = ["--center", "0,0", "--scale", "1", "--size", "9x9"];
+    for (style, part) in [
+        (&b"{"[..], "style.json: EOF while parsing"),
+        (b"{\"all\": {\"colour\": \"red\"}}", "unknown field `colour`"),
+        (b"{\"all\": {\"outline\": {\"color\": \"reddish\"}}}", "is not a colour"),
+    ] {
+        let style = folder.file("style.json", style);
+        let words = ["render", "none.istar", "-o", text(&out), "--style", text(&style)];
+        fail(&[&words[..], &place].concat(), part);
+    }
+}
+
 /// Runs the command with `to` for its stdout.
 fn istar_to(words: &[&str], to: impl Into<std::process::Stdio>) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_istar"));

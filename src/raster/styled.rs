@@ -1,0 +1,152 @@
+//! Colours by styles: fills, patterns and outlines. The twin of `shaders/styles.wgsl`, in f64.
+
+use super::reference::Around;
+use crate::model::{Image, NodeId};
+use crate::placement::SceneView;
+use crate::style::{Style, Styles, read};
+
+/// What a scene is drawn with.
+pub(super) struct Styled<'a> {
+    pub model: &'a Image,
+    /// Without, every region has its own colour.
+    pub styles: Option<&'a Styles>,
+    pub view: &'a SceneView,
+    /// Sub-samples along an axis of a screen pixel.
+    pub samples: f64,
+    /// Blend across boundaries.
+    pub antialias: bool,
+}
+
+/// The directions in which boundaries are looked for.
+const RAYS: u32 = 8;
+/// How often a ray that has crossed one is halved.
+const HALVINGS: u32 = 3;
+/// Further than outlines reach, so that a ray gets across a boundary that is just within reach: rays are 45°
+/// apart, and the nearest is off by half of that at most.
+const FURTHER: f64 = 1.09;
+/// The cosine of that.
+const LEAST_COSINE: f64 = 0.92;
+
+impl Styled<'_> {
+    /// The premultiplied colour at a place on the screen, alpha up to 255 as the other channels.
+    pub fn color(&self, screen: [f64; 2]) -> [f64; 4] {
+        let Some(around) = self.around(screen) else { return [0.0; 4] };
+        let shares = match self.antialias {
+            true => around.shares(self.model),
+            false => [Some((around.node, 1.0)), None, None],
+        };
+        let mut sum = [0.0; 4];
+        for (node, share) in shares.into_iter().flatten() {
+            let fill = self.fill(node, screen);
+            (0..4).for_each(|channel| sum[channel] += share * fill[channel]);
+        }
+        if let Some((cover, color)) = self.outline(screen, around.node) {
+            over(&mut sum, color, cover);
+        }
+        sum.map(|channel| 255.0 * channel)
+    }
+
+    /// The colour of a node's region, premultiplied.
+    fn fill(&self, node: NodeId, screen: [f64; 2]) -> [f64; 4] {
+        let words = self.words(node);
+        let [r, g, b, a] = read::color(words[0]);
+        let mut sum = [r * a, g * a, b * a, a];
+        let [x, y, step] = self.view.pattern;
+        let middle = self.view.viewport.map(|n| 0.5 * f64::from(n));
+        let at = [x + (screen[0] - middle[0]) * step, y + (screen[1] - middle[1]) * step];
+        let cover = read::pattern(&words, at, step / self.samples, self.antialias);
+        over(&mut sum, words[3], cover);
+        sum
+    }
+
+    /// The outline that covers most of a place, and how much of it.
+    fn outline(&self, screen: [f64; 2], own: NodeId) -> Option<(f64, u32)> {
+        let reach = self.styles?.reach().at(self.view.source);
+        if reach == 0.0 {
+            return None;
+        }
+        let reach = FURTHER * reach + 0.5;
+        let mut best: Option<(f64, u32)> = None;
+        for i in 0..RAYS {
+            let angle = f64::from(i) * std::f64::consts::TAU / f64::from(RAYS);
+            let Some((other, distance)) =
+                self.crossed(screen, own, [angle.cos(), angle.sin()], reach)
+            else {
+                continue;
+            };
+            let [own, other] = [own, other].map(|node| self.words(node));
+            if read::grouped(&own, &other) {
+                continue;
+            }
+            for (words, along) in [(own, distance), (other, -distance)] {
+                let cover =
+                    read::outline(&words, along, self.view.source, self.samples, self.antialias);
+                if cover > best.map_or(0.0, |(cover, _)| cover) {
+                    best = Some((cover, words[1]));
+                }
+            }
+        }
+        best
+    }
+
+    /// Where a ray ends in another region: its node, and how far the boundary that was crossed is.
+    fn crossed(
+        &self,
+        screen: [f64; 2],
+        own: NodeId,
+        ray: [f64; 2],
+        reach: f64,
+    ) -> Option<(NodeId, f64)> {
+        let region = |node: NodeId| self.model.nodes[node as usize].region;
+        let at = |along: f64| self.around([screen[0] + along * ray[0], screen[1] + along * ray[1]]);
+        let mut there = at(reach)?;
+        if region(there.node) == region(own) {
+            return None;
+        }
+        let (mut from, mut to) = (0.0, reach);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (from + to);
+            let halfway = at(middle)?;
+            if region(halfway.node) == region(own) {
+                from = middle;
+            } else {
+                (to, there) = (middle, halfway);
+            }
+        }
+        let mut distance = 0.5 * (from + to);
+        if let Some(side) = there.sides.first()
+            && region(side.node) == region(own)
+        {
+            let [p, by_x, by_y] = side.linear;
+            let slope = by_x * ray[0] + by_y * ray[1];
+            if slope > 0.0 {
+                let crossed = (to - p / (slope * self.samples)).clamp(from, to);
+                distance = crossed * (slope / by_x.hypot(by_y)).max(LEAST_COSINE);
+            }
+        }
+        Some((there.node, distance))
+    }
+
+    fn around(&self, screen: [f64; 2]) -> Option<Around> {
+        let sub_pixel = 1.0 / (self.view.scale * self.samples);
+        Around::new(self.model, &self.view.place(screen), sub_pixel)
+    }
+
+    /// The record of a node's region.
+    fn words(&self, node: NodeId) -> [u32; 4] {
+        let Some(region) = self.model.nodes[node as usize].region else { return [0; 4] };
+        match self.styles {
+            Some(styles) => styles.words().get(region as usize).copied().unwrap_or_default(),
+            None => Style::plain(self.model.regions[region as usize].color).words(),
+        }
+    }
+}
+
+/// Puts so much of a colour over a premultiplied one.
+fn over(below: &mut [f64; 4], color: u32, cover: f64) {
+    let [r, g, b, a] = read::color(color);
+    let cover = cover * a;
+    for (channel, above) in below.iter_mut().zip([r, g, b, 1.0]) {
+        *channel += cover * (above - *channel);
+    }
+}

@@ -1,0 +1,124 @@
+// Styles of regions: what the page sets is what the command line draws, whatever draws it.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { at } from '../../web/tasks/project.mjs';
+import * as harness from './harness.mjs';
+
+const CHANNEL_TOLERANCE = 2;
+/** Rays that look for outlines end in another step where f32 has a boundary on the other side of it. */
+const DIFFERING_SHARE = 0.004;
+const SIZE = { width: 360, height: 270 };
+const FILE = at('dist', 'gallery', 'map.istar');
+const PLACE = [3080, 740];
+
+let server;
+let browser;
+before(async () => {
+  server = await harness.serve();
+  browser = await harness.launch();
+});
+after(async () => {
+  await browser?.close();
+  server?.stop();
+});
+
+async function opened(backend) {
+  const opened = await harness.newPage(browser, { viewport: SIZE });
+  await harness.openViewer(opened.page, server.url, { backend });
+  await harness.zoomTo(opened.page, ...PLACE, 2);
+  return opened;
+}
+
+/** The page's view against the CPU's, with the styles that the page has. */
+async function matches(page, label, share = DIFFERING_SHARE) {
+  const styles = await page.evaluate(() => document.querySelector('istar-viewer').styles);
+  const actual = await harness.shot(page);
+  const expected = harness.oracle(FILE, await harness.place(page), SIZE, styles);
+  const found = harness.difference(actual, expected, CHANNEL_TOLERANCE);
+  if (found.share > share) {
+    const kept = harness.keepFailure(`styles-${label}`, expected, found.picture, actual);
+    assert.fail(`${label}: ${(found.share * 100).toFixed(2)} % of pixels differ. See ${kept}`);
+  }
+  return actual;
+}
+
+function middle(png) {
+  const from = 4 * (png.width * (png.height >> 1) + (png.width >> 1));
+  return [...png.data.subarray(from, from + 4)];
+}
+
+for (const backend of [...harness.BACKENDS, 'cpu']) {
+  test(`regions take styles with ${backend}`, async (t) => {
+    const { page, uncaught, close } = await opened(backend);
+    const set = (style) =>
+      page.evaluate(async (style) => {
+        const viewer = document.querySelector('istar-viewer');
+        viewer.setStyle(viewer.pick(innerWidth / 2, innerHeight / 2), style);
+        await viewer.painted;
+      }, style);
+
+    await t.test('a colour', async () => {
+      await set({ color: 'rgb(250, 20, 130)' });
+      assert.deepEqual(middle(await matches(page, `${backend}-color`)), [250, 20, 130, 255]);
+    });
+    await t.test('hidden', async () => {
+      await set({ visible: false });
+      assert.equal(middle(await matches(page, `${backend}-hidden`))[3], 0);
+    });
+    await t.test('an outline and a pattern', async () => {
+      await set({
+        color: '#fff8',
+        opacity: 0.8,
+        highlight: true,
+        outline: { color: 'crimson', width: 4, side: 'outside' },
+        pattern: { motif: 'cross', color: '#00f', spacing: 16 },
+      });
+      await matches(page, `${backend}-outline`);
+    });
+    await t.test('taken away again', async () => {
+      await set(null);
+      assert.deepEqual(await page.evaluate(() => document.querySelector('istar-viewer').styles), {
+        all: {},
+        colors: {},
+        regions: {},
+      });
+      await matches(page, `${backend}-plain`, 0.001);
+    });
+    assert.deepEqual(uncaught, []);
+    await close();
+  });
+
+  test(`a whole sheet is set at once with ${backend}`, async () => {
+    const { page, uncaught, close } = await opened(backend);
+    const region = await page.evaluate(() =>
+      document.querySelector('istar-viewer').pick(innerWidth / 2, innerHeight / 2),
+    );
+    const sheet = {
+      all: { outline: { color: '#222', width: 1.5, group: 3 } },
+      colors: {},
+      regions: { [region]: { color: '#e02020', outline: { color: '#fff', width: 2, unit: 'source' } } },
+    };
+    await page.evaluate(async (sheet) => {
+      const viewer = document.querySelector('istar-viewer');
+      viewer.styles = sheet;
+      await viewer.painted;
+    }, sheet);
+    assert.deepEqual(middle(await matches(page, `${backend}-sheet`)), [0xe0, 0x20, 0x20, 255]);
+    assert.deepEqual(uncaught, []);
+    await close();
+  });
+}
+
+test('nonsense from a page does no harm', async () => {
+  const { page, uncaught, close } = await opened('webgl2');
+  await page.evaluate(async () => {
+    const viewer = document.querySelector('istar-viewer');
+    viewer.setStyle([-1, 1e9, Number.NaN, 2.5], { color: 'no colour', opacity: 7 });
+    viewer.setStyle(1, { outline: { width: -3, side: 'left', group: 1e9 }, pattern: { motif: 'stars' } });
+    viewer.styles = {};
+    await viewer.painted;
+  });
+  await matches(page, 'nonsense', 0.001);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
