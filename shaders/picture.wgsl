@@ -7,46 +7,23 @@ fn cover(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4<f32> {
     return vec4(vec2<f32>(corner) * 4.0 - 1.0, 0.0, 1.0);
 }
 
-// The premultiplied colour at a place of the viewport.
-fn sample_color(screen: vec2<f32>) -> vec4<f32> {
-    let decoded = decode_at(screen);
-    var sum = fill(decoded.regions.x, screen);
-    if decoded.shares.x < 1.0 {
-        sum = decoded.shares.x * sum + decoded.shares.y * fill(decoded.regions.y, screen);
-        if decoded.shares.z > 0.0 {
-            sum += decoded.shares.z * fill(decoded.regions.z, screen);
-        }
-    }
-    if (view.flags & OUTLINES) != 0u {
-        let outline = outline_at(screen, decoded.regions.x);
-        let color = bytes(outline.color);
-        let cover = outline.cover * color.a;
-        sum = (1.0 - cover) * sum + cover * vec4(color.rgb, 1.0);
-    }
-    return sum;
-}
-
 @fragment
 fn paint(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let middle = vec2(position.x, position.y * view.y_axis.x + view.y_axis.y);
     var sum = vec4(0.0);
-    if view.samples == 1u {
-        sum = sample_color(middle);
-    } else {
-        let samples = f32(view.samples);
-        for (var j = 0u; j < MAX_SAMPLES; j++) {
-            if j >= view.samples {
+    let samples = f32(view.samples);
+    for (var j = 0u; j < MAX_SAMPLES; j++) {
+        if j >= view.samples {
+            break;
+        }
+        for (var i = 0u; i < MAX_SAMPLES; i++) {
+            if i >= view.samples {
                 break;
             }
-            for (var i = 0u; i < MAX_SAMPLES; i++) {
-                if i >= view.samples {
-                    break;
-                }
-                sum += sample_color(middle - 0.5 + (vec2(f32(i), f32(j)) + 0.5) / samples);
-            }
+            sum += sample_color(middle - 0.5 + (vec2(f32(i), f32(j)) + 0.5) / samples);
         }
-        sum = sum / (samples * samples);
     }
+    sum = sum / (samples * samples);
     // How much of the pixel lies in the picture.
     let inside = min(middle + 0.5, view.edges.zw) - max(middle - 0.5, view.edges.xy);
     sum *= clamp(inside.x, 0.0, 1.0) * clamp(inside.y, 0.0, 1.0);

@@ -66,6 +66,18 @@ fn fill(region: u32, screen: vec2<f32>) -> vec4<f32> {
     return (1.0 - cover) * sum + cover * vec4(above.rgb, 1.0);
 }
 
+// What covers a pixel, premultiplied.
+fn fills(decoded: Decoded, screen: vec2<f32>) -> vec4<f32> {
+    var sum = fill(decoded.regions.x, screen);
+    if decoded.shares.x < 1.0 {
+        sum = decoded.shares.x * sum + decoded.shares.y * fill(decoded.regions.y, screen);
+        if decoded.shares.z > 0.0 {
+            sum += decoded.shares.z * fill(decoded.regions.z, screen);
+        }
+    }
+    return sum;
+}
+
 // An outline at a place: its colour, and how much of the pixel it covers.
 struct Outline {
     cover: f32,
@@ -84,49 +96,85 @@ fn with_outline(outline: Outline, words: vec4<u32>, along: f32) -> Outline {
     return outline;
 }
 
+// Rays are sent out from a place as far as outlines reach: where one ends in another region it has crossed a
+// boundary, which halving the ray finds, and in the end what the cell there says of it.
 const RAYS = 8u;
-const HALVINGS = 3u;
+// Looks a ray: its end, and its halvings. A power of two.
+const LOOKS = 4u;
 
-// The outline at a place of the viewport. Rays are sent out from it as far as outlines reach: where one ends in
-// another region it has crossed a boundary, which halving the ray finds, and in the end what the cell there
-// says of it.
-fn outline_at(screen: vec2<f32>, own: u32) -> Outline {
-    let own_style = style(own);
+// A ray that is looked along.
+struct Ray {
+    towards: vec2<f32>,
+    // The boundary lies between these, if it has crossed one.
+    inner: f32,
+    outer: f32,
+    // What is at the outer one.
+    there: Decoded,
+}
+
+// With the outline of the boundary that a ray has crossed.
+fn with_crossed(outline: Outline, ray: Ray, own: u32, own_style: vec4<u32>) -> Outline {
+    let other_style = style(ray.there.regions.x);
+    let group = own_style.z >> 19u;
+    if group != 0u && group == other_style.z >> 19u {
+        return outline;
+    }
+    var distance = 0.5 * (ray.inner + ray.outer);
+    let slope = dot(ray.there.near.yz, ray.towards);
+    // Where the boundary there is with the own region.
+    if ray.there.regions.y == own && slope > 0.0 {
+        let back = ray.there.near.x / (slope * f32(view.samples));
+        // Rays are 45 degrees apart, so the nearest boundary is no further off than that from one of them.
+        distance = clamp(ray.outer - back, ray.inner, ray.outer)
+            * max(slope / length(ray.there.near.yz), 0.92);
+    }
+    return with_outline(with_outline(outline, own_style, distance), other_style, -distance);
+}
+
+// The premultiplied colour at a place of the viewport. All that is looked at goes through one loop: the code
+// that decodes is long, and is there once.
+fn sample_color(screen: vec2<f32>) -> vec4<f32> {
+    var sum = vec4(0.0);
+    var own = 0u;
+    var own_style = vec4(0u);
     var outline = Outline(0.0, 0u);
     // A little further, so that one of them gets across a boundary that is just within reach.
     let reach = 1.09 * view.reach + 0.5;
-    var ray = vec2(1.0, 0.0);
-    for (var i = 0u; i < RAYS; i++) {
-        var there = decode_at(screen + reach * ray);
-        if there.regions.x != own {
-            var inner = 0.0;
-            var outer = reach;
-            for (var j = 0u; j < HALVINGS; j++) {
-                let middle = 0.5 * (inner + outer);
-                let halfway = decode_at(screen + middle * ray);
-                if halfway.regions.x == own {
-                    inner = middle;
-                } else {
-                    outer = middle;
-                    there = halfway;
-                }
+    var ray = Ray(vec2(1.0, 0.0), 0.0, 0.0, solid(0u));
+    var along = 0.0;
+    for (var look = 0u; look <= RAYS * LOOKS; look++) {
+        let there = decode_at(screen + along * ray.towards);
+        let halving = (look - 1u) & (LOOKS - 1u);
+        if look == 0u {
+            sum = fills(there, screen);
+            if (view.flags & OUTLINES) == 0u {
+                return sum;
             }
-            var distance = 0.5 * (inner + outer);
-            let slope = dot(there.near.yz, ray);
-            // Where the boundary there is with the own region.
-            if there.regions.y == own && slope > 0.0 {
-                let crossed = clamp(outer - there.near.x / (slope * f32(view.samples)), inner, outer);
-                // Rays are 45 degrees apart, so the nearest boundary is no further from one than that.
-                distance = crossed * max(slope / length(there.near.yz), 0.92);
-            }
-            let other_style = style(there.regions.x);
-            let group = own_style.z >> 19u;
-            if group == 0u || group != other_style.z >> 19u {
-                outline = with_outline(outline, own_style, distance);
-                outline = with_outline(outline, other_style, -distance);
-            }
+            own = there.regions.x;
+            own_style = style(own);
+        } else if there.regions.x != own {
+            ray.outer = along;
+            ray.there = there;
+        } else if halving == 0u {
+            look += LOOKS - 1u;
+        } else {
+            ray.inner = along;
         }
-        ray = 0.70710678 * vec2(ray.x - ray.y, ray.x + ray.y);
+        if ray.outer > 0.0 && halving == LOOKS - 1u {
+            outline = with_crossed(outline, ray, own, own_style);
+        }
+        along = 0.5 * (ray.inner + ray.outer);
+        if (look & (LOOKS - 1u)) == 0u {
+            // The next ray.
+            if look > 0u {
+                ray.towards = 0.70710678 * vec2(ray.towards.x - ray.towards.y, ray.towards.x + ray.towards.y);
+            }
+            ray.inner = 0.0;
+            ray.outer = 0.0;
+            along = reach;
+        }
     }
-    return outline;
+    let color = bytes(outline.color);
+    let cover = outline.cover * color.a;
+    return (1.0 - cover) * sum + cover * vec4(color.rgb, 1.0);
 }

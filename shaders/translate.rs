@@ -31,13 +31,28 @@ pub struct Glsl {
     pub textures: Vec<String>,
 }
 
-/// WGSL or GLSL without comments and indentation: it travels inside the WebAssembly module.
+/// WGSL or GLSL without comments and most spaces: it travels inside the WebAssembly module.
 pub fn minify(source: &str) -> String {
+    // Beside these no space is needed; without the minus, since two of them are something else.
+    let parts = |c: char| "(),;:{}=+*/<>&|?!^[]".contains(c);
     let mut short = String::new();
     for line in source.lines() {
         let code = line.split("//").next().unwrap_or_default().trim();
-        if !code.is_empty() {
+        if code.starts_with('#') {
             short.push_str(code);
+            short.push('\n');
+            continue;
+        }
+        let mut rest = code.chars().peekable();
+        while let Some(c) = rest.next() {
+            let next = rest.peek().copied();
+            let is_needless =
+                short.ends_with(|c: char| parts(c) || c.is_whitespace()) || next.is_some_and(parts);
+            if c != ' ' || !is_needless {
+                short.push(c);
+            }
+        }
+        if !short.ends_with(parts) {
             short.push('\n');
         }
     }
@@ -63,10 +78,11 @@ pub fn shorten(wgsl: &str, keep: &[&str]) -> String {
             }
         }
     }
-    // An argument of an attribute, or a component of a vector.
+    // An attribute or its argument, or a component of a vector.
     let is_fixed = |i: usize| {
         let component = |c: char| "xyzwrgba".contains(c);
-        let is_attribute = i >= 3 && tokens[i - 1] == "(" && tokens[i - 3] == "@";
+        let is_attribute = (i >= 1 && tokens[i - 1] == "@")
+            || (i >= 3 && tokens[i - 1] == "(" && tokens[i - 3] == "@");
         is_attribute || (before(i) == Some(&".") && tokens[i].chars().all(component))
     };
     for (i, token) in tokens.iter().enumerate() {

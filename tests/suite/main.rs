@@ -24,6 +24,7 @@ mod planes;
 mod portable;
 mod shaders;
 mod sizes;
+mod styled;
 mod tiled;
 mod views;
 mod within;

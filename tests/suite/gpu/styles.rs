@@ -114,12 +114,12 @@ fn patterns_are_what_the_reference_draws() {
 fn outlines_are_what_the_reference_draws() {
     let renderer = renderer();
     let image = fixtures::discs_encoded();
-    for (side, unit, width) in [
-        (Side::Inside, Unit::Screen, 3.0),
-        (Side::Centre, Unit::Screen, 5.5),
-        (Side::Outside, Unit::Source, 2.0),
+    for (side, unit, width, group) in [
+        (Side::Inside, Unit::Screen, 3.0, 0),
+        (Side::Centre, Unit::Screen, 5.5, 9),
+        (Side::Outside, Unit::Source, 2.0, 0),
     ] {
-        let outline = Outline { color: [200, 30, 0, 180], width, unit, side, group: 0 };
+        let outline = Outline { color: [200, 30, 0, 180], width, unit, side, group };
         let (scene, styles) = restyle(&renderer, &image, |region, fill| Style {
             outline: (region % 3 != 1).then_some(outline),
             ..Style::plain(fill)
