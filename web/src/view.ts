@@ -325,10 +325,13 @@ export class View {
     const image = await later.catch((cause) => cause);
     const isStale = this.#painting !== 'frame';
     this.#painting = 'nothing';
+    const isBitmap = image instanceof ImageBitmap;
     if (this.#shown === frame.shown) {
-      if (image instanceof ImageBitmap) this.#paint(frame, image);
+      if (isBitmap) this.#paint(frame, image);
       else this.#fail(frame.shown, image);
     }
+    // Else its memory waits for the garbage collector.
+    if (isBitmap) image.close();
     if (isStale) this.redraw();
   }
 
