@@ -96,11 +96,12 @@ fn with_outline(outline: Outline, words: vec4<u32>, along: f32) -> Outline {
     return outline;
 }
 
-// Rays are sent out from a place as far as outlines reach: where one ends in another region it has crossed a
-// boundary, which halving the ray finds, and in the end what the cell there says of it.
-const RAYS = 8u;
-// Looks a ray: its end, and its halvings. A power of two.
-const LOOKS = 4u;
+// Rays are sent out from a place as far as outlines reach: where one gets into another region it has crossed a
+// boundary, which halving finds, and in the end what the cell there says of it. Wide outlines take more of them,
+// and more steps on each, lest something small lies between.
+const MAX_RAYS = 32u;
+const MAX_STEPS = 4u;
+const HALVINGS = 3u;
 
 // A ray that is looked along.
 struct Ray {
@@ -112,8 +113,15 @@ struct Ray {
     there: Decoded,
 }
 
-// With the outline of the boundary that a ray has crossed.
-fn with_crossed(outline: Outline, ray: Ray, own: u32, own_style: vec4<u32>) -> Outline {
+// With the outline of the boundary that a ray has crossed; the nearest one is no further off its direction than
+// an angle of that cosine.
+fn with_crossed(
+    outline: Outline,
+    ray: Ray,
+    own: u32,
+    own_style: vec4<u32>,
+    least_cosine: f32,
+) -> Outline {
     let other_style = style(ray.there.regions.x);
     let group = own_style.z >> 19u;
     if group != 0u && group == other_style.z >> 19u {
@@ -124,9 +132,8 @@ fn with_crossed(outline: Outline, ray: Ray, own: u32, own_style: vec4<u32>) -> O
     // Where the boundary there is with the own region.
     if ray.there.regions.y == own && slope > 0.0 {
         let back = ray.there.near.x / (slope * f32(view.samples));
-        // Rays are 45 degrees apart, so the nearest boundary is no further off than that from one of them.
         distance = clamp(ray.outer - back, ray.inner, ray.outer)
-            * max(slope / length(ray.there.near.yz), 0.92);
+            * max(slope / length(ray.there.near.yz), least_cosine);
     }
     return with_outline(with_outline(outline, own_style, distance), other_style, -distance);
 }
@@ -138,13 +145,24 @@ fn sample_color(screen: vec2<f32>) -> vec4<f32> {
     var own = 0u;
     var own_style = vec4(0u);
     var outline = Outline(0.0, 0u);
+    // Sub-samples look from many places.
+    let width = select(view.reach, 0.0, view.samples > 1u);
+    let level = u32(width > 3.0) + u32(width > 8.0);
+    // The cosine and the sine of the angle between two rays, and the cosine of half of it.
+    let turn = array(
+        vec3(0.70710678, 0.70710678, 0.92387953),
+        vec3(0.92387953, 0.38268343, 0.98078528),
+        vec3(0.98078528, 0.19509032, 0.99518473),
+    )[level];
+    var left = MAX_RAYS >> (2u - level);
     // A little further, so that one of them gets across a boundary that is just within reach.
-    let reach = 1.09 * view.reach + 0.5;
+    let reach = view.reach / turn.z + 0.5;
+    let stride = reach * f32(1u << (2u - level)) / f32(MAX_STEPS);
     var ray = Ray(vec2(1.0, 0.0), 0.0, 0.0, solid(0u));
     var along = 0.0;
-    for (var look = 0u; look <= RAYS * LOOKS; look++) {
+    var halvings = 0u;
+    for (var look = 0u; look <= MAX_RAYS * (MAX_STEPS + HALVINGS); look++) {
         let there = decode_at(screen + along * ray.towards);
-        let halving = (look - 1u) & (LOOKS - 1u);
         if look == 0u {
             sum = fills(there, screen);
             if (view.flags & OUTLINES) == 0u {
@@ -152,27 +170,37 @@ fn sample_color(screen: vec2<f32>) -> vec4<f32> {
             }
             own = there.regions.x;
             own_style = style(own);
-        } else if there.regions.x != own {
+            along = stride;
+            continue;
+        }
+        if there.regions.x == own {
+            ray.inner = along;
+        } else {
             ray.outer = along;
             ray.there = there;
-        } else if halving == 0u {
-            look += LOOKS - 1u;
-        } else {
-            ray.inner = along;
         }
-        if ray.outer > 0.0 && halving == LOOKS - 1u {
-            outline = with_crossed(outline, ray, own, own_style);
+        if ray.outer > 0.0 && halvings < HALVINGS {
+            halvings++;
+            along = 0.5 * (ray.inner + ray.outer);
+            continue;
         }
-        along = 0.5 * (ray.inner + ray.outer);
-        if (look & (LOOKS - 1u)) == 0u {
-            // The next ray.
-            if look > 0u {
-                ray.towards = 0.70710678 * vec2(ray.towards.x - ray.towards.y, ray.towards.x + ray.towards.y);
-            }
-            ray.inner = 0.0;
-            ray.outer = 0.0;
-            along = reach;
+        if ray.outer == 0.0 && along < 0.99 * reach {
+            along += stride;
+            continue;
         }
+        if ray.outer > 0.0 {
+            outline = with_crossed(outline, ray, own, own_style, turn.z);
+        }
+        left--;
+        if left == 0u {
+            break;
+        }
+        let towards = ray.towards;
+        ray.towards = towards * turn.x + vec2(-towards.y, towards.x) * turn.y;
+        ray.inner = 0.0;
+        ray.outer = 0.0;
+        halvings = 0u;
+        along = stride;
     }
     let color = bytes(outline.color);
     let cover = outline.cover * color.a;

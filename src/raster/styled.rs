@@ -17,15 +17,34 @@ pub(super) struct Styled<'a> {
     pub antialias: bool,
 }
 
-/// The directions in which boundaries are looked for.
-const RAYS: u32 = 8;
-/// How often a ray that has crossed one is halved.
+/// How a place looks for boundaries: rays are sent out, and looked along.
+struct Search {
+    rays: u32,
+    /// Places on a ray that are looked at, lest something small lies between.
+    steps: u32,
+    /// Of half the angle between two rays: the nearest boundary is no further off the direction of one.
+    least_cosine: f64,
+    /// How far rays go, in screen pixels.
+    reach: f64,
+}
+
+/// How often a ray that has crossed a boundary is halved.
 const HALVINGS: u32 = 3;
-/// Further than outlines reach, so that a ray gets across a boundary that is just within reach: rays are 45°
-/// apart, and the nearest is off by half of that at most.
-const FURTHER: f64 = 1.09;
-/// The cosine of that.
-const LEAST_COSINE: f64 = 0.92;
+
+impl Search {
+    /// For outlines that reach so far: wide ones take more.
+    fn new(reach: f64, samples: f64) -> Self {
+        // Sub-samples look from many places.
+        let (rays, steps) = match if samples > 1.0 { 0.0 } else { reach } {
+            ..=3.0 => (8, 1),
+            ..=8.0 => (16, 2),
+            _ => (32, 4),
+        };
+        let least_cosine = (std::f64::consts::PI / f64::from(rays)).cos();
+        // A little further, so that one gets across a boundary that is just within reach.
+        Search { rays, steps, least_cosine, reach: reach / least_cosine + 0.5 }
+    }
+}
 
 impl Styled<'_> {
     /// The premultiplied colour at a place on the screen, alpha up to 255 as the other channels.
@@ -65,15 +84,12 @@ impl Styled<'_> {
         if reach == 0.0 {
             return None;
         }
-        let reach = FURTHER * reach + 0.5;
+        let search = Search::new(reach, self.samples);
         let mut best: Option<(f64, u32)> = None;
-        for i in 0..RAYS {
-            let angle = f64::from(i) * std::f64::consts::TAU / f64::from(RAYS);
-            let Some((other, distance)) =
-                self.crossed(screen, own, [angle.cos(), angle.sin()], reach)
-            else {
-                continue;
-            };
+        for i in 0..search.rays {
+            let angle = f64::from(i) * std::f64::consts::TAU / f64::from(search.rays);
+            let ray = [angle.cos(), angle.sin()];
+            let Some((other, distance)) = self.crossed(screen, own, ray, &search) else { continue };
             let [own, other] = [own, other].map(|node| self.words(node));
             if read::grouped(&own, &other) {
                 continue;
@@ -89,21 +105,28 @@ impl Styled<'_> {
         best
     }
 
-    /// Where a ray ends in another region: its node, and how far the boundary that was crossed is.
+    /// Where a ray gets into another region: its node, and how far the boundary that was crossed is.
     fn crossed(
         &self,
         screen: [f64; 2],
         own: NodeId,
         ray: [f64; 2],
-        reach: f64,
+        search: &Search,
     ) -> Option<(NodeId, f64)> {
         let region = |node: NodeId| self.model.nodes[node as usize].region;
         let at = |along: f64| self.around([screen[0] + along * ray[0], screen[1] + along * ray[1]]);
-        let mut there = at(reach)?;
+        let stride = search.reach / f64::from(search.steps);
+        let (mut from, mut to) = (0.0, stride);
+        let mut there = at(to)?;
+        for _ in 1..search.steps {
+            if region(there.node) == region(own) {
+                (from, to) = (to, to + stride);
+                there = at(to)?;
+            }
+        }
         if region(there.node) == region(own) {
             return None;
         }
-        let (mut from, mut to) = (0.0, reach);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (from + to);
             let halfway = at(middle)?;
@@ -121,7 +144,7 @@ impl Styled<'_> {
             let slope = by_x * ray[0] + by_y * ray[1];
             if slope > 0.0 {
                 let crossed = (to - p / (slope * self.samples)).clamp(from, to);
-                distance = crossed * (slope / by_x.hypot(by_y)).max(LEAST_COSINE);
+                distance = crossed * (slope / by_x.hypot(by_y)).max(search.least_cosine);
             }
         }
         Some((there.node, distance))
