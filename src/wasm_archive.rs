@@ -50,12 +50,6 @@ impl Archive {
         self.0.layout().size[1]
     }
 
-    /// The number of regions.
-    #[wasm_bindgen(getter, js_name = regionCount)]
-    pub fn region_count(&self) -> u32 {
-        self.0.regions()
-    }
-
     /// The number of levels.
     #[wasm_bindgen(getter)]
     pub fn levels(&self) -> u32 {

@@ -1,5 +1,6 @@
 // Builds everything into dist and target. A step whose inputs are unchanged is skipped.
 import { readdirSync, readFileSync } from 'node:fs';
+import { homedir } from 'node:os';
 import { join } from 'node:path';
 import {
   at,
@@ -61,7 +62,11 @@ export function encoderWasm() {
 
 function wasmModule({ name, profile, features, optimize }) {
   const target = ['--target', RUST_TARGET, '--no-default-features', '--features', features];
-  run('cargo', ['build', '--lib', '--profile', profile, ...target]);
+  // Where a panic was is said by file: not by where this machine keeps it.
+  const home = process.env.CARGO_HOME ?? join(homedir(), '.cargo');
+  const flags = JSON.stringify([`--remap-path-prefix=${home}/registry/src/=`]);
+  const config = ['--config', `target.${RUST_TARGET}.rustflags=${flags}`];
+  run('cargo', ['build', '--lib', '--profile', profile, ...target, ...config]);
   const compiled = join(cargoTarget, RUST_TARGET, profile, 'istar.wasm');
   const bound = at('target', 'web', `${name}_bg.wasm`);
   whenChanged(bound, [compiled, WASM_BINDGEN, at('web', 'tasks', 'shorten.mjs')], () => {
@@ -73,7 +78,8 @@ function wasmModule({ name, profile, features, optimize }) {
   });
   const small = at('dist', `${name}_bg.wasm`);
   // No feature flags: with --all-features the result is refused by Chromium (invalid import kind).
-  const options = [...optimize, '--strip-debug', '--strip-producers'];
+  // The list of features in the module is for such tools alone: the last of them takes it away.
+  const options = [...optimize, '--strip-debug', '--strip-producers', '--strip-target-features'];
   whenChanged(small, [bound, at('package-lock.json'), ...options], () =>
     run(nodeBin('wasm-opt'), [...options, bound, '-o', small]),
   );
