@@ -72,6 +72,15 @@ impl Deciding {
         };
         Some(Deciding::Between(Candidates { nodes, regions, neighbours, by_pairs, planes }))
     }
+
+    /// How many cuts a cell with it has.
+    #[cfg(feature = "pack")]
+    pub fn cuts(&self) -> usize {
+        match self {
+            Deciding::Solid(_) => 0,
+            Deciding::Between(candidates) => candidates.planes.len(),
+        }
+    }
 }
 
 /// p_ji, positive on the side of j; level where nothing parts the two.
@@ -165,9 +174,8 @@ pub(crate) fn value(image: &Image, cells: &Cells<3>, cell: [u32; 2]) -> [Biquadr
     for l in 0..taps {
         // A row of texels first, as polynomials of x.
         let mut row = [[0.0; 3]; 3];
-        for k in 0..taps {
-            let texel =
-                cells.texels[grid::index(texel_grid, [cell[0] + k as u32, cell[1] + l as u32])];
+        let first = grid::index(texel_grid, [cell[0], cell[1] + l as u32]);
+        for (k, texel) in cells.texels[first..][..taps].iter().enumerate() {
             for e in 0..3 {
                 for a in 0..3 {
                     row[e][a] += basis[k][a] * f64::from(texel[e]);

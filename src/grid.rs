@@ -96,7 +96,19 @@ pub fn pieces<const D: usize>(size: [u32; D], log2: u8) -> [u32; D] {
 
 /// Every place of a grid of `size`, first axis fastest.
 pub fn places<const D: usize>(size: [u32; D]) -> impl Iterator<Item = [u32; D]> {
-    (0..count(size)).map(move |i| place(size, i))
+    let mut next = [0; D];
+    // Counted on, since dividing takes longer.
+    (0..count(size)).map(move |_| {
+        let here = next;
+        for axis in 0..D {
+            next[axis] += 1;
+            if next[axis] < size[axis] {
+                break;
+            }
+            next[axis] = 0;
+        }
+        here
+    })
 }
 
 #[cfg(test)]
@@ -107,7 +119,7 @@ mod tests {
     fn index_and_place_are_inverse() {
         let size = [3, 4, 5];
         for (i, at) in places(size).enumerate() {
-            assert_eq!(index(size, at), i);
+            assert_eq!((index(size, at), at), (i, place(size, i)));
         }
         assert_eq!(index([7, 9], [2, 3]), 2 + 7 * 3);
     }

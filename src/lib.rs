@@ -65,7 +65,7 @@ mod stream;
 mod target;
 mod texels;
 
-#[cfg(feature = "gpu")]
+#[cfg(feature = "pack")]
 pub mod gpu;
 #[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod wasm;

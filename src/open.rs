@@ -26,11 +26,12 @@ pub fn open(bytes: &[u8], limits: &Limits) -> Result<Image> {
     if kernel != Kernel::Quadratic || scale_log2 != 0 {
         return fitted(container::read_labels(bytes, limits)?, limits);
     }
-    drawn(container::read_areas(bytes, limits)?, limits)
+    let (areas, cracks) = container::read_areas(bytes, limits)?;
+    drawn((areas, Some(cracks)), limits)
 }
 
-/// The model straight from areas.
-fn drawn(areas: Labels, limits: &Limits) -> Result<Image> {
+/// The model straight from areas and, where they are known, the cracks between them.
+fn drawn((areas, cracks): (Labels, Option<Vec<u8>>), limits: &Limits) -> Result<Image> {
     let Labels { size, gamma, palette, labels, .. } = areas;
     let colors = match palette {
         Palette::Colors(colors) => colors,
@@ -38,7 +39,7 @@ fn drawn(areas: Labels, limits: &Limits) -> Result<Image> {
     };
     let regions = colors.into_iter().map(|color| Region { color }).collect();
     direct::model(
-        direct::Areas { size, labels: &labels, regions },
+        direct::Areas { size, labels: &labels, cracks, regions },
         gamma,
         direct::BLOCK_LOG2,
         limits,
@@ -151,5 +152,26 @@ pub(crate) fn palette_of(source: &Source<2>) -> impl Fn(&[u32]) -> Palette {
     |classes| match source.has_colors() {
         true => Palette::Colors(classes.iter().map(|&class| source.color(class)).collect()),
         false => Palette::Labels(classes.to_vec()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cracks_that_the_labels_bring_are_those_between_them() {
+        // Spots of all sizes, some of them at the frame, and a label that comes back.
+        let size = [67u32, 41];
+        let classes: Vec<u32> = (0..size[0] * size[1])
+            .map(|at| [at % size[0], at / size[0]])
+            .map(|[x, y]| (x / 9 * 7 + y / 5 * 3) % 5 + u32::from((x * x + y * y) % 23 == 0))
+            .collect();
+        let limits = Limits::default();
+        let source = Source::from_labels(size, classes, &limits).unwrap();
+        let bytes = encode_lossless(&source, &EncodeOptions::default()).unwrap();
+        let (areas, cracks) = container::read_areas(&bytes, &limits).unwrap();
+        let alone = drawn((areas.clone(), None), &limits).unwrap();
+        assert_eq!(drawn((areas, Some(cracks)), &limits).unwrap(), alone);
     }
 }

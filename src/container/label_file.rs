@@ -116,14 +116,14 @@ pub fn read_labels(bytes: &[u8], limits: &Limits) -> Result<Labels> {
 }
 
 /// As [`read_labels`], but as areas that hang together, by their first pixel: labels are numbers of areas,
-/// and the palette has an entry for each of them.
+/// and the palette has an entry for each of them. And the cracks between them: [`labels::Areas::cracks`].
 ///
 /// # Errors
 /// As [`read_labels`].
-pub(crate) fn read_areas(bytes: &[u8], limits: &Limits) -> Result<Labels> {
+pub(crate) fn read_areas(bytes: &[u8], limits: &Limits) -> Result<(Labels, Vec<u8>)> {
     let LabelFile { layout, palette, packed } = unpack_labels(bytes, limits)?;
     let Layout { size, block_log2: scale_log2, kernel, gamma, .. } = layout;
-    let (labels, numbers, count) =
+    let labels::Areas { areas: labels, numbers, count, cracks } =
         labels::decode_areas(&packed, grid::pieces(size, scale_log2), limits)?;
     check_palette(&palette, count)?;
     if numbers.len() > limits.regions as usize {
@@ -135,7 +135,7 @@ pub(crate) fn read_areas(bytes: &[u8], limits: &Limits) -> Result<Labels> {
         Palette::Colors(colors) => Palette::Colors(numbers().map(|n| colors[n]).collect()),
         Palette::Labels(names) => Palette::Labels(numbers().map(|n| names[n]).collect()),
     };
-    Ok(Labels { size, scale_log2, kernel, gamma, palette, labels })
+    Ok((Labels { size, scale_log2, kernel, gamma, palette, labels }, cracks))
 }
 
 /// A file before its labels are decoded.

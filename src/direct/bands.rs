@@ -1,6 +1,6 @@
 //! Texels and cells, a few rows of blocks at a time.
 
-use super::cracks::{Cracks, DOWN, RIGHT, Run, opposite};
+use super::cracks::{Cracks, DOWN, RIGHT, Run, opposite, unmarked};
 use super::lists::{CROWDED, Found, Number};
 use super::shifts::{REACH, WHOLE, shares};
 use crate::grid;
@@ -35,16 +35,23 @@ impl Bands<'_> {
         let at_once = (BAND >> block_log2).max(1) as usize;
         let bands: Vec<Vec<Block<3>>> = (0..block_rows.div_ceil(at_once))
             .into_par_iter()
-            .map(|band| {
+            .map_init(Room::default, |room, band| {
                 let rows = band * at_once..block_rows.min((band + 1) * at_once);
                 let pixels =
                     rows.start << block_log2..(rows.end << block_log2).min(self.size[1] as usize);
-                let band = Band::new(self, pixels);
+                let band = Band::new(self, pixels, room);
                 rows.flat_map(|row| band.row_of_blocks(row, block_log2)).collect()
             })
             .collect();
         (lists, bands.into_iter().flatten().collect())
     }
+}
+
+/// Memory that one band leaves to the next. What is read in it is written first.
+#[derive(Default)]
+struct Room {
+    texels: Vec<[u8; 3]>,
+    shares: Vec<[u8; 4]>,
 }
 
 /// A few rows of pixels.
@@ -54,24 +61,19 @@ struct Band<'a> {
     rows: Range<usize>,
     width: usize,
     /// The texel of each pixel of these rows, as far as a cell at a boundary reaches it.
-    texels: Vec<[u8; 3]>,
+    texels: &'a mut [[u8; 3]],
     /// Pixels that no texels would be right for.
     alone: Vec<[usize; 2]>,
 }
 
 impl<'a> Band<'a> {
-    fn new(all: &'a Bands<'a>, rows: Range<usize>) -> Self {
+    fn new(all: &'a Bands<'a>, rows: Range<usize>, room: &'a mut Room) -> Self {
         let [width, height] = all.size.map(|n| n as usize);
         let around = |by: usize| rows.start.saturating_sub(by)..(rows.end + by).min(height);
         let (outer, inner) = (around(MARGIN), rows.clone());
-        let mut band = Band {
-            all,
-            width,
-            texels: vec![[0; 3]; outer.len() * width],
-            rows: outer.clone(),
-            alone: Vec::new(),
-        };
-        band.fill();
+        let texels = at_least(&mut room.texels, outer.len() * width);
+        let mut band = Band { all, width, texels, rows: outer, alone: Vec::new() };
+        band.fill(&mut room.shares);
         // Where a pixel's middle is not its own, its texel becomes its own node, at worst a few times.
         let mut wrong = Vec::new();
         for y in around(MARGIN - 1) {
@@ -103,21 +105,26 @@ impl<'a> Band<'a> {
     }
 
     /// Gives pixels at boundaries their texels, and those beside them their nodes.
-    fn fill(&mut self) {
-        let Bands { labels, found, positions, size, .. } = *self.all;
-        let last = size[0] as usize - 1;
+    fn fill(&mut self, room: &mut Vec<[u8; 4]>) {
+        let Bands { labels, found, positions, .. } = *self.all;
+        let w = self.width;
         for y in self.rows.clone() {
-            for &(x, _) in &found.rows[y] {
-                let x = x as usize;
-                for y in y.max(self.rows.start + 1) - 1..(y + 2).min(self.rows.end) {
-                    for x in x.max(1) - 1..=(x + 1).min(last) {
-                        let index = self.index(x, y);
-                        self.texels[index] = positions[labels[y * self.width + x] as usize];
+            let beside = y.max(self.rows.start + 1) - 1..(y + 2).min(self.rows.end);
+            for pixels in found.rows[y].chunk_by(|a, b| a.0 + 1 == b.0) {
+                let [first, last] = [pixels[0].0 as usize, pixels[pixels.len() - 1].0 as usize];
+                let columns = first.max(1) - 1..(last + 2).min(w);
+                for y in beside.clone() {
+                    let from = self.index(0, y);
+                    let labels = &labels[y * w..][columns.clone()];
+                    for (texel, &label) in
+                        self.texels[from..][columns.clone()].iter_mut().zip(labels)
+                    {
+                        *texel = positions[label as usize];
                     }
                 }
             }
         }
-        let shares = Shares::new(self.all.cracks, self.rows.clone());
+        let shares = Shares::new(self.all.cracks, self.rows.clone(), room);
         for y in self.rows.clone() {
             for &(x, _) in &found.rows[y] {
                 let index = self.index(x as usize, y);
@@ -216,7 +223,8 @@ impl<'a> Band<'a> {
         let [w, h] = size.map(|n| n as usize);
         let side = 1usize << block_log2;
         let rows = row * side..h.min((row + 1) * side);
-        let single = |x: usize, y: usize| found.met.set.lists.len() as ListId + labels[y * w + x];
+        // That of a region alone comes as much later as its number says.
+        let lists = found.met.set.lists.len() as ListId;
         let mut rest: Vec<&[(u32, Number)]> =
             rows.clone().map(|y| found.rows[y].as_slice()).collect();
         let mut blocks = Vec::with_capacity(w.div_ceil(side));
@@ -233,7 +241,11 @@ impl<'a> Band<'a> {
             };
             for y in 0..side {
                 let y = (rows.start + y).min(h - 1);
-                cells.lists.extend((first..first + side).map(|x| single(x.min(w - 1), y)));
+                let own = &labels[y * w..][first..w.min(first + side)];
+                cells.lists.extend(own.iter().map(|label| lists + label));
+                // Beyond the picture as at its side.
+                let beyond = lists + labels[y * w + w - 1];
+                cells.lists.resize((cells.lists.len()).next_multiple_of(side), beyond);
             }
             for (y, rest) in rows.clone().zip(&mut rest) {
                 let here = rest.iter().take_while(|&&(x, _)| x < end).count();
@@ -248,10 +260,12 @@ impl<'a> Band<'a> {
                     cells.lists[line * side + column] = number;
                     for dy in 0..3 {
                         let y = (y + dy).max(1).min(h) - 1;
-                        for dx in 0..3 {
-                            let x = (x + dx).max(1).min(w) - 1;
-                            cells.texels[(line + dy) * (side + 2) + column + dx] =
-                                self.texels[self.index(x, y)];
+                        let own = &mut cells.texels[(line + dy) * (side + 2) + column..][..3];
+                        if (1..w - 1).contains(&x) {
+                            own.copy_from_slice(&self.texels[self.index(x - 1, y)..][..3]);
+                        } else {
+                            let columns = [x.max(1) - 1, x, (x + 1).min(w - 1)];
+                            own.copy_from_slice(&columns.map(|x| self.texels[self.index(x, y)]));
                         }
                     }
                 }
@@ -262,23 +276,31 @@ impl<'a> Band<'a> {
     }
 }
 
+/// The first elements of some memory, as many as are needed, whatever they hold.
+fn at_least<T: Clone + Default>(room: &mut Vec<T>, count: usize) -> &mut [T] {
+    if room.len() < count {
+        room.resize(count, T::default());
+    }
+    &mut room[..count]
+}
+
 /// Of the cracks around some rows of pixels, the shares of the regions on their sides.
 struct Shares<'a> {
     cracks: &'a Cracks,
     /// The first row of corners.
     first: usize,
     /// By corner: of the crack to the right those of the upper pixel and the lower one, and of the crack
-    /// down those of the left one and the right one.
-    of: Vec<[u8; 4]>,
+    /// down those of the left one and the right one. Where there is no crack, anything.
+    of: &'a mut [[u8; 4]],
 }
 
 impl<'a> Shares<'a> {
-    fn new(cracks: &'a Cracks, rows: Range<usize>) -> Self {
+    fn new(cracks: &'a Cracks, rows: Range<usize>, room: &'a mut Vec<[u8; 4]>) -> Self {
         let stride = cracks.stride;
-        let mut found = Shares {
+        let found = Shares {
             cracks,
             first: cracks.corner(0, rows.start),
-            of: vec![[0; 4]; (rows.len() + 1) * stride],
+            of: at_least(room, (rows.len() + 1) * stride),
         };
         let goes_on = |c: usize, d: usize| cracks.ways(c) == 1 << d | 1 << opposite(d);
         let far = 2 * REACH as usize;
@@ -290,7 +312,7 @@ impl<'a> Shares<'a> {
             let mut end = 0;
             while x < stride {
                 if marks[x] == 0 {
-                    x += 1 + marks[x + 1..].iter().take_while(|&&mark| mark == 0).count();
+                    x += 1 + unmarked(&marks[x + 1..]);
                     continue;
                 }
                 let corner = row + x;

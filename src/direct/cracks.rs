@@ -55,6 +55,13 @@ impl Cracks {
         Cracks { size, stride, marks }
     }
 
+    /// Those that are known: `marks` is as they are kept here, with a row of none above and below.
+    pub fn of_marks(size: [u32; 2], marks: Vec<u8>) -> Self {
+        let stride = size[0] as usize + 1;
+        debug_assert_eq!(marks.len(), stride * (size[1] as usize + 3));
+        Cracks { size, stride, marks }
+    }
+
     /// The corner at (x, y).
     pub fn corner(&self, x: usize, y: usize) -> Corner {
         (y + 1) * self.stride + x
@@ -103,4 +110,11 @@ impl Cracks {
         }
         most
     }
+}
+
+/// Corners at the beginning of some that no crack leaves.
+pub fn unmarked(marks: &[u8]) -> usize {
+    let (words, _) = marks.as_chunks::<8>();
+    let whole = 8 * words.iter().take_while(|word| **word == [0; 8]).count();
+    whole + marks[whole..].iter().take_while(|&&mark| mark == 0).count()
 }

@@ -137,7 +137,8 @@ impl Strip {
                 continue;
             }
             self.meet(cracks, labels, x, y);
-            let mut list = List { regions: [0; MOST], length: 0, is_full: false };
+            let mut latest = labels[y * w + x];
+            let mut list = List { regions: [latest; MOST], length: 1, is_full: false };
             // The pixels around, and those beside them: who has a share in one of their texels.
             for (dy, reach) in [(-2isize, 1isize), (-1, 2), (0, 2), (1, 2), (2, 1)] {
                 let y = y as isize + dy;
@@ -146,9 +147,13 @@ impl Strip {
                 }
                 let from = (x as isize - reach).max(0) as usize;
                 let to = (x + reach as usize + 1).min(w);
-                labels[y as usize * w + from..y as usize * w + to]
-                    .iter()
-                    .for_each(|&r| list.add(r));
+                for &region in &labels[y as usize * w..][from..to] {
+                    // Mostly it is that of the pixel before.
+                    if region != latest {
+                        list.add(region);
+                        latest = region;
+                    }
+                }
             }
             let number = if list.is_full {
                 CROWDED

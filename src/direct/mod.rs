@@ -46,6 +46,8 @@ pub(crate) struct Areas<'a> {
     pub size: [u32; 2],
     /// The region of each pixel, x fastest.
     pub labels: &'a [RegionId],
+    /// The cracks between them where they are known, as [`Cracks`] keeps them.
+    pub cracks: Option<Vec<u8>>,
     /// All regions.
     pub regions: Vec<Region>,
 }
@@ -59,12 +61,12 @@ const CELL_BYTES: u64 = 9;
 /// # Errors
 /// [`Error::Limit`] where that takes more memory than `limits` allow.
 pub(crate) fn model(
-    areas: Areas<'_>,
+    mut areas: Areas<'_>,
     gamma: Gamma,
     block_log2: u8,
     limits: &Limits,
 ) -> Result<Image> {
-    let (cracks, mut found) = look_through(&areas, block_log2, limits)?;
+    let (cracks, mut found) = look_through(&mut areas, block_log2, limits)?;
     let Placing { positions, broken } = found.met.place(areas.regions.len());
     found.leave_out(|list| broken.contains(list));
     let mut image = draw(areas, &cracks, &found, &positions, (gamma, block_log2));
@@ -73,7 +75,7 @@ pub(crate) fn model(
 }
 
 /// Finds cracks and lists, unless these or the texels made of them take too much memory.
-fn look_through(areas: &Areas<'_>, block_log2: u8, limits: &Limits) -> Result<(Cracks, Found)> {
+fn look_through(areas: &mut Areas<'_>, block_log2: u8, limits: &Limits) -> Result<(Cracks, Found)> {
     let left = limits.memory.saturating_sub(PIXEL_BYTES * areas.labels.len() as u64);
     let too_much = || {
         Error::Limit(format!(
@@ -84,7 +86,10 @@ fn look_through(areas: &Areas<'_>, block_log2: u8, limits: &Limits) -> Result<(C
     if left == 0 {
         return Err(too_much());
     }
-    let cracks = Cracks::new(areas.size, areas.labels);
+    let cracks = match areas.cracks.take() {
+        Some(marks) => Cracks::of_marks(areas.size, marks),
+        None => Cracks::new(areas.size, areas.labels),
+    };
     let found = Found::new(&cracks, areas.labels, left).ok_or_else(too_much)?;
     if found.blocks(block_log2).saturating_mul(CELL_BYTES << (2 * block_log2)) > left {
         return Err(too_much());
@@ -100,14 +105,14 @@ pub(crate) fn strip(size: [u32; 2], labels: &[RegionId], rows: Range<usize>) -> 
 /// The model of a part of a picture, as that of the whole has it but for [`APRON`] pixels at its sides
 /// where the picture goes on. `numbers` are the part's regions in the whole picture, in ascending order.
 pub(crate) fn part(
-    areas: Areas<'_>,
+    mut areas: Areas<'_>,
     numbers: &[RegionId],
     whole: &Met,
     placing: &Placing,
     (gamma, block_log2): (Gamma, u8),
     limits: &Limits,
 ) -> Result<Image> {
-    let (cracks, mut found) = look_through(&areas, block_log2, limits)?;
+    let (cracks, mut found) = look_through(&mut areas, block_log2, limits)?;
     let number = |&region: &RegionId| numbers[region as usize];
     found.leave_out(|list| {
         let list: Vec<RegionId> = list.iter().map(number).collect();
@@ -128,7 +133,7 @@ fn draw(
     positions: &[[u8; 3]],
     (gamma, block_log2): (Gamma, u8),
 ) -> Image {
-    let Areas { size, labels, regions } = areas;
+    let Areas { size, labels, regions, .. } = areas;
     let (lists, blocks) = Bands { size, labels, cracks, found, positions }.blocks(block_log2);
     debug_assert_eq!(blocks.len(), grid::count(grid::pieces(size, block_log2)));
     Image {

@@ -11,13 +11,13 @@ const STEP: u64 = 0xff00_7fd5;
 
 /// The tables of both ways.
 pub struct Logistic {
-    squash: Vec<u16>,
-    stretch: Vec<i16>,
+    squash: Box<[u16; 2 * MAX as usize + 1]>,
+    stretch: Box<[i16; 4096]>,
 }
 
 impl Logistic {
     pub fn new() -> Self {
-        let mut squash = vec![0u16; 2 * MAX as usize + 1];
+        let mut squash = Box::new([0u16; 2 * MAX as usize + 1]);
         let mut power = 1u64 << 32;
         for x in 0..=MAX as usize {
             // 1 / (1 + e^−x); never 1, so that nothing is impossible.
@@ -27,24 +27,24 @@ impl Logistic {
             power = (power * STEP) >> 32;
         }
         let mut x = 0;
-        let stretch = (0..4096u32)
-            .map(|i| {
-                let p = i * 16 + 8;
-                while x < 2 * MAX as usize && u32::from(squash[x]) < p {
-                    x += 1;
-                }
-                (x as i32 - MAX) as i16
-            })
-            .collect();
-        Logistic { squash, stretch }
+        let stretch = std::array::from_fn(|i| {
+            let p = i as u32 * 16 + 8;
+            while x < 2 * MAX as usize && u32::from(squash[x]) < p {
+                x += 1;
+            }
+            (x as i32 - MAX) as i16
+        });
+        Logistic { squash, stretch: Box::new(stretch) }
     }
 
     /// The probability at log-odds `x`, which are clamped.
+    #[inline]
     pub fn squash(&self, x: i32) -> i32 {
         self.squash[(x.clamp(-MAX, MAX) + MAX) as usize].into()
     }
 
     /// The log-odds of probability `p`, to 12 bits of it.
+    #[inline]
     pub fn stretch(&self, p: u16) -> i32 {
         self.stretch[usize::from(p >> 4)].into()
     }

@@ -8,6 +8,7 @@
 
 use super::coder::Coder;
 use super::logistic::{self, Logistic};
+use std::hint::black_box;
 
 /// What is learned in one context.
 #[derive(Clone, Copy)]
@@ -25,8 +26,37 @@ struct Slot {
 }
 
 impl Slot {
-    fn new(check: u16) -> Self {
+    const fn new(check: u16) -> Self {
         Slot { settled: 1 << 15, quick: 1 << 15, check, seen: 0, history: NO_HISTORY }
+    }
+
+    #[inline]
+    const fn pack(self) -> Word {
+        Word(
+            self.settled as u64
+                | (self.quick as u64) << 16
+                | (self.check as u64) << 32
+                | (self.seen as u64) << 48
+                | (self.history as u64) << 56,
+        )
+    }
+}
+
+/// A [`Slot`] in one piece, to be chosen without a branch.
+#[derive(Clone, Copy)]
+struct Word(u64);
+
+impl Word {
+    #[inline]
+    fn slot(self) -> Slot {
+        let Word(word) = self;
+        Slot {
+            settled: word as u16,
+            quick: (word >> 16) as u16,
+            check: (word >> 32) as u16,
+            seen: (word >> 48) as u8,
+            history: (word >> 56) as u8,
+        }
     }
 }
 
@@ -55,9 +85,18 @@ const LEAST: i32 = 16;
 /// Inputs to the mixer that a context gives.
 const PER_CONTEXT: usize = 3;
 
-/// How much a slot's opinion counts, in 256ths, by the decisions it has seen.
-const TRUST: [i32; 17] =
-    [0, 90, 140, 170, 190, 205, 215, 225, 232, 238, 243, 246, 249, 251, 253, 254, 256];
+/// How much a slot's opinion counts, in 256ths, by the decisions it has seen: all the same from some number on.
+const TRUST: [i32; 256] = {
+    const FIRST: [i32; 17] =
+        [0, 90, 140, 170, 190, 205, 215, 225, 232, 238, 243, 246, 249, 251, 253, 254, 256];
+    let mut trust = [FIRST[FIRST.len() - 1]; 256];
+    let mut seen = 0;
+    while seen < FIRST.len() {
+        trust[seen] = FIRST[seen];
+        seen += 1;
+    }
+    trust
+};
 
 /// Weights are in 65536ths. They are mixed in 4096ths, of which those below 8 fit 16 bits: products of
 /// such are what processors sum fastest.
@@ -76,76 +115,76 @@ const LAST_PACE: i32 = 2;
 
 /// One set of weights: rows to choose from.
 struct Set {
-    weights: Vec<i32>,
+    weights: Vec<[i32; LANES]>,
     row: usize,
     /// What it says, as log-odds and as a probability.
     output: i32,
     p: i32,
 }
 
-/// Predicts one kind of decision.
-pub struct Predictor {
-    slots: Vec<Slot>,
+/// Predicts one kind of decision: from so many contexts, by so many sets of weights.
+pub struct Predictor<const CONTEXTS: usize, const SETS: usize> {
+    /// Two by two: a context has its place in one pair.
+    slots: Vec<[Word; 2]>,
     slots_log2: u32,
     /// By context and history.
-    follows: Vec<Follow>,
+    follows: Box<[[Follow; 256]; CONTEXTS]>,
     /// Where this decision's slots are.
-    places: Vec<usize>,
+    places: [usize; CONTEXTS],
     /// Three a context, then the experts, then a constant.
-    inputs: Vec<i16>,
-    sets: Vec<Set>,
+    inputs: Vec<[i16; LANES]>,
+    /// Room for as many copies of what a set was wrong by.
+    errors: Vec<[i16; LANES]>,
+    sets: [Set; SETS],
     /// Weights of the sets, a row for each row of the first set.
-    last: Vec<i32>,
+    last: Vec<[i32; SETS]>,
     /// Decisions so far.
     seen: u32,
     p: i32,
 }
 
 /// The size of a [`Predictor`].
-pub struct Shape<'a> {
-    /// Contexts of a decision.
-    pub contexts: usize,
+pub struct Shape<const SETS: usize> {
     /// Experts of a decision.
     pub experts: usize,
     /// There are 2 to this many slots.
     pub slots_log2: u32,
     /// Rows in each set of weights.
-    pub sets: &'a [usize],
+    pub sets: [usize; SETS],
     /// All weights at first, in 65536ths.
     pub weight: i32,
 }
 
-impl Predictor {
-    pub fn new(shape: &Shape<'_>) -> Self {
-        let Shape { contexts, experts, slots_log2, sets, weight } = *shape;
-        let inputs = (contexts * PER_CONTEXT + experts + 1).next_multiple_of(LANES);
-        let rows = sets.first().copied().unwrap_or(0);
+impl<const CONTEXTS: usize, const SETS: usize> Predictor<CONTEXTS, SETS> {
+    pub fn new(shape: &Shape<SETS>) -> Self {
+        let Shape { experts, slots_log2, sets, weight } = *shape;
+        let inputs = (CONTEXTS * PER_CONTEXT + experts + 1).div_ceil(LANES);
+        let set =
+            |rows| Set { weights: vec![[weight; LANES]; rows * inputs], row: 0, output: 0, p: 0 };
         Predictor {
-            slots: vec![Slot::new(0); 1 << slots_log2],
+            slots: vec![[Slot::new(0).pack(); 2]; 1 << (slots_log2 - 1)],
             slots_log2,
-            follows: vec![Follow { p: 1 << 15, seen: 0 }; contexts << 8],
-            places: vec![0; contexts],
-            inputs: vec![0; inputs],
-            sets: sets
-                .iter()
-                .map(|rows| Set { weights: vec![weight; rows * inputs], row: 0, output: 0, p: 0 })
-                .collect(),
-            last: vec![(1 << 16) / sets.len() as i32; rows * sets.len()],
+            follows: Box::new([[Follow { p: 1 << 15, seen: 0 }; 256]; CONTEXTS]),
+            places: [0; CONTEXTS],
+            inputs: vec![[0; LANES]; inputs],
+            errors: vec![[0; LANES]; inputs],
+            sets: sets.map(set),
+            last: vec![[(1 << 16) / SETS as i32; SETS]; sets[0]],
             seen: 0,
             p: 0,
         }
     }
 
-    /// Codes one decision. `contexts` and `experts` are as many as the shape says, `rows` one row for
-    /// each set of weights. `bit` is the decision where `coder` writes.
+    /// Codes one decision. `experts` are as many as the shape says, `rows` one row for each set of weights. `bit`
+    /// is the decision where `coder` writes.
     pub fn code<C: Coder>(
         &mut self,
         logistic: &Logistic,
         coder: &mut C,
         bit: bool,
-        contexts: &[u32],
+        contexts: &[u32; CONTEXTS],
         experts: &[i32],
-        rows: &[usize],
+        rows: &[usize; SETS],
     ) -> bool {
         self.look::<true>(logistic, contexts, experts);
         self.mix(logistic, rows);
@@ -159,9 +198,9 @@ impl Predictor {
     pub fn likelihood(
         &mut self,
         logistic: &Logistic,
-        contexts: &[u32],
+        contexts: &[u32; CONTEXTS],
         experts: &[i32],
-        rows: &[usize],
+        rows: &[usize; SETS],
     ) -> u32 {
         self.look::<false>(logistic, contexts, experts);
         self.mix(logistic, rows);
@@ -170,27 +209,42 @@ impl Predictor {
 
     /// Takes what each context's slot says, and the experts. To learn from what comes of it, contexts
     /// must have slots of their own.
-    fn look<const LEARNS: bool>(&mut self, logistic: &Logistic, contexts: &[u32], experts: &[i32]) {
-        let (from_contexts, others) = self.inputs.split_at_mut(contexts.len() * PER_CONTEXT);
+    fn look<const LEARNS: bool>(
+        &mut self,
+        logistic: &Logistic,
+        contexts: &[u32; CONTEXTS],
+        experts: &[i32],
+    ) {
+        let inputs = self.inputs.as_flattened_mut();
+        let (from_contexts, others) = inputs.split_at_mut(CONTEXTS * PER_CONTEXT);
         for (input, &expert) in others.iter_mut().zip(experts) {
             *input = expert as i16;
         }
         others[experts.len()] = 256;
+        let mut which = 0;
+        let scattered = contexts.map(|context| {
+            which += 1;
+            scatter(context, which - 1)
+        });
+        let place = |scattered: u32| (scattered >> (32 - self.slots_log2)) as usize;
+        // Most of them are far away in memory: all are sent for before the first is looked at.
+        black_box(scattered.map(|scattered| self.slots[place(scattered) / 2][0]));
         let each = from_contexts.as_chunks_mut::<PER_CONTEXT>().0.iter_mut();
-        let each = each.zip(self.follows.as_chunks::<256>().0).zip(&mut self.places);
-        for ((i, &context), ((inputs, follows), kept)) in (0..).zip(contexts).zip(each) {
-            let scattered = scatter(context, i);
+        let each = each.zip(&*self.follows).zip(&mut self.places);
+        for (&scattered, ((inputs, follows), kept)) in scattered.iter().zip(each) {
             let place = (scattered >> (32 - self.slots_log2)) as usize;
             let check = scattered as u16;
+            let pair = &mut self.slots[place / 2];
             let slot = if LEARNS {
-                *kept = find(&mut self.slots, place, check);
-                self.slots[*kept]
+                let (beside, slot) = find(pair, place % 2, check);
+                *kept = place ^ beside;
+                slot.slot()
             } else {
-                let beside = [place, place ^ 1].map(|place| self.slots[place]);
+                let beside = [pair[place % 2], pair[place % 2 ^ 1]].map(Word::slot);
                 beside.into_iter().find(|slot| slot.check == check).unwrap_or(Slot::new(check))
             };
-            let trust = TRUST[usize::from(slot.seen).min(TRUST.len() - 1)];
-            inputs[0] = ((logistic.stretch(slot.settled) * trust) >> 8) as i16;
+            inputs[0] =
+                ((logistic.stretch(slot.settled) * TRUST[usize::from(slot.seen)]) >> 8) as i16;
             inputs[1] = match slot.seen {
                 0 => 0,
                 _ => logistic.stretch(follows[usize::from(slot.history)].p) as i16,
@@ -199,14 +253,13 @@ impl Predictor {
         }
     }
 
-    fn mix(&mut self, logistic: &Logistic, rows: &[usize]) {
+    fn mix(&mut self, logistic: &Logistic, rows: &[usize; SETS]) {
         let n = self.inputs.len();
-        let first = rows.first().copied().unwrap_or(0) * self.sets.len();
-        let last = &self.last[first..first + self.sets.len()];
+        let last = &self.last[rows[0]];
         let mut total = 0i64;
         for ((set, &row), &weight) in self.sets.iter_mut().zip(rows).zip(last) {
             set.row = row;
-            let sum = weighted(&set.weights[row * n..(row + 1) * n], &self.inputs);
+            let sum = weighted(&set.weights[row * n..][..n], &self.inputs);
             set.output = (sum >> (16 - MIXED_SHIFT)).clamp(-logistic::MAX, logistic::MAX);
             set.p = logistic.squash(set.output);
             total += i64::from(set.output) * i64::from(weight);
@@ -218,43 +271,40 @@ impl Predictor {
     fn learn(&mut self, bit: bool) {
         let target = if bit { 65535 } else { 0 };
         let n = self.inputs.len();
-        let first = self.sets.first().map_or(0, |set| set.row) * self.sets.len();
         let error = target - self.p;
         let pace = (PACE - self.seen / ((HALF + self.seen) / SLOWER)) as i32;
         // Where it stops, the pace has long come to its end.
         self.seen = (self.seen + 1).min(1 << 24);
-        for (set, weight) in self.sets.iter_mut().zip(&mut self.last[first..]) {
+        let last = &mut self.last[self.sets[0].row];
+        for (set, weight) in self.sets.iter_mut().zip(last) {
             let step = (set.output * error * LAST_PACE / 1024 + 1024) >> 11;
             *weight = (*weight + step).clamp(-MAX_WEIGHT, MAX_WEIGHT);
             let error = ((target - set.p) * pace) >> 10;
             if error != 0 {
-                adjust(
-                    &mut set.weights[set.row * n..(set.row + 1) * n],
-                    &self.inputs,
-                    error as i16,
-                );
+                self.errors.fill([error as i16; LANES]);
+                adjust(&mut set.weights[set.row * n..][..n], &self.inputs, &self.errors);
             }
         }
-        for (&place, follows) in self.places.iter().zip(self.follows.as_chunks_mut::<256>().0) {
-            let slot = &mut self.slots[place];
+        for (&place, follows) in self.places.iter().zip(&mut *self.follows) {
+            let word = &mut self.slots[place / 2][place % 2];
+            let mut slot = word.slot();
             let follow = &mut follows[usize::from(slot.history)];
-            follow.p = toward(follow.p, target, follow.seen);
+            follow.p = toward(follow.p, target, SHARES[usize::from(follow.seen)]);
             follow.seen = (follow.seen + 1).min(FOLLOWS);
-            slot.settled = toward(slot.settled, target, slot.seen);
-            slot.quick = toward(slot.quick, target, slot.seen.min(QUICK));
+            slot.settled = toward(slot.settled, target, SHARES[usize::from(slot.seen)]);
+            slot.quick = toward(slot.quick, target, QUICK_SHARES[usize::from(slot.seen)]);
             slot.seen = (slot.seen + 1).min(SETTLED);
-            let leading = if slot.history >= 128 { 128 } else { 0 };
-            slot.history = (slot.history << 1) | leading | u8::from(bit);
+            slot.history = slot.history << 1 | slot.history & 128 | u8::from(bit);
+            *word = slot.pack();
         }
     }
 }
 
 /// The sum of inputs by weight, in 4096ths. Where damaged bytes have led weights astray it may wrap.
 #[inline]
-fn weighted(weights: &[i32], inputs: &[i16]) -> i32 {
+fn weighted(weights: &[[i32; LANES]], inputs: &[[i16; LANES]]) -> i32 {
     let mut sums = [0i32; LANES];
-    for (weights, inputs) in weights.as_chunks::<LANES>().0.iter().zip(inputs.as_chunks().0) {
-        let inputs: &[i16; LANES] = inputs;
+    for (weights, inputs) in weights.iter().zip(inputs) {
         for lane in 0..LANES {
             let mixed = (weights[lane] >> MIXED_SHIFT).clamp(i16::MIN.into(), i16::MAX.into());
             let product = i32::from(mixed as i16) * i32::from(inputs[lane]);
@@ -264,47 +314,53 @@ fn weighted(weights: &[i32], inputs: &[i16]) -> i32 {
     sums.into_iter().fold(0, i32::wrapping_add)
 }
 
-/// Moves weights by their inputs and by what the mix was wrong by.
+/// Moves weights by their inputs and by what the mix was wrong by: `errors` are all the same, but products of two
+/// small numbers from memory are what compilers find the quick instructions for.
 #[inline]
-fn adjust(weights: &mut [i32], inputs: &[i16], error: i16) {
-    for (weight, &input) in weights.iter_mut().zip(inputs) {
-        let product = i32::from(input) * i32::from(error);
-        *weight = weight.wrapping_add((product + (1 << 13)) >> 14);
+fn adjust(weights: &mut [[i32; LANES]], inputs: &[[i16; LANES]], errors: &[[i16; LANES]]) {
+    for ((weights, inputs), errors) in weights.iter_mut().zip(inputs).zip(errors) {
+        for lane in 0..LANES {
+            let product = i32::from(inputs[lane]) * i32::from(errors[lane]);
+            weights[lane] = weights[lane].wrapping_add((product + (1 << 13)) >> 14);
+        }
     }
 }
 
-/// A context's slot: the one at `place` or its neighbour. Where neither is its own, it takes the one
-/// that has seen less.
+/// A context's slot, in place `own` of a pair or beside it, and whether that is so. Where neither is its own, it
+/// takes the one that has seen less.
 #[inline]
-fn find(slots: &mut [Slot], place: usize, check: u16) -> usize {
-    let neighbour = place ^ 1;
-    let (own, other) = (slots[place], slots[neighbour]);
-    let (is_own, is_other) = (own.check == check, other.check == check);
+fn find(pair: &mut [Word; 2], own: usize, check: u16) -> (usize, Word) {
+    let words = [pair[own], pair[own ^ 1]];
+    let [first, other] = words.map(Word::slot);
+    let (is_own, is_other) = (first.check == check, other.check == check);
     // Which of the two it is cannot be foreseen: no branch.
-    let is_beside = !is_own && (is_other || other.seen < own.seen);
-    let place = place ^ usize::from(is_beside);
-    if !is_own && !is_other {
-        slots[place] = Slot::new(check);
-    }
-    place
+    let is_beside = !is_own & (is_other | (other.seen < first.seen));
+    let known = if is_beside { words[1] } else { words[0] };
+    let word = if is_own | is_other { known } else { Slot::new(check).pack() };
+    pair[own ^ usize::from(is_beside)] = word;
+    (is_beside.into(), word)
 }
 
 /// By decisions seen, the share in 32768ths by which a probability moves: the one that makes it their
-/// mean, were the first guess half a decision.
-const SHARES: [i32; SETTLED as usize + 1] = {
-    let mut shares = [0; SETTLED as usize + 1];
+/// mean, were the first guess half a decision. From so many on it stays.
+const fn shares(settled: u8) -> [i32; 256] {
+    let mut shares = [0; 256];
     let mut seen = 0;
     while seen < shares.len() {
-        shares[seen] = (1 << 16) / (2 * seen as i32 + 3);
+        let counted = if seen < settled as usize { seen } else { settled as usize };
+        shares[seen] = (1 << 16) / (2 * counted as i32 + 3);
         seen += 1;
     }
     shares
-};
+}
+const SHARES: [i32; 256] = shares(SETTLED);
+const QUICK_SHARES: [i32; 256] = shares(QUICK);
 
-/// Moves a probability that has seen `seen` decisions.
-fn toward(p: u16, target: i32, seen: u8) -> u16 {
+/// Moves a probability by a share of what it is off.
+#[inline]
+fn toward(p: u16, target: i32, share: i32) -> u16 {
     let p = i32::from(p);
-    (p + (((target - p) * SHARES[usize::from(seen.min(SETTLED))]) >> 15)) as u16
+    (p + (((target - p) * share) >> 15)) as u16
 }
 
 /// Spreads a context, and which of a decision's contexts it is, over 32 bits.
@@ -329,14 +385,8 @@ mod tests {
     use super::*;
     use crate::entropy::{Decoder, Encoder};
 
-    fn predictor() -> Predictor {
-        Predictor::new(&Shape {
-            contexts: 3,
-            experts: 1,
-            slots_log2: 10,
-            sets: &[2, 4],
-            weight: 1 << 14,
-        })
+    fn predictor() -> Predictor<3, 2> {
+        Predictor::new(&Shape { experts: 1, slots_log2: 10, sets: [2, 4], weight: 1 << 14 })
     }
 
     /// Codes a sequence in which every third decision tells the next two.

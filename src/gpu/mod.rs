@@ -10,37 +10,42 @@
 //!
 //! *Architecture invariant:* no shader is written twice, and no back end decides what is drawn.
 
+#[cfg(feature = "gpu")]
 mod close;
 mod pack;
+#[cfg(feature = "gpu")]
 mod view;
 
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 pub mod browser;
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 mod native;
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 mod readback;
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod webgl;
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod webgpu;
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod webgpu_sys;
 
 pub use crate::placement::MAX_SAMPLES;
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 pub use native::Scene;
 pub use pack::{Format, MAX_ROWS, Packed, Table, WIDTH};
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 pub use readback::{Options, Renderer, render};
+#[cfg(feature = "gpu")]
 pub use view::{Alpha, Origin, Target, ViewUniforms};
 
 /// The pass that paints the picture, as `shaders/build.rs` prepared it.
+#[cfg(feature = "gpu")]
 pub(crate) mod picture {
     include!(concat!(env!("OUT_DIR"), "/picture.rs"));
 }
 
 /// An [`Error::Gpu`](crate::Error::Gpu) of what was being done and what went wrong.
+#[cfg(feature = "gpu")]
 fn failed(doing: &str, why: impl std::fmt::Display) -> crate::Error {
     crate::Error::Gpu(format!("{doing}: {why}"))
 }

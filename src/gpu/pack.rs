@@ -106,26 +106,37 @@ impl Packed {
             (0..image.lists.len() as u32).map(|list| Deciding::new(image, list)).collect();
         let deciding = deciding
             .ok_or_else(|| Error::malformed("lists", "a list without a node that can win"))?;
+        // What there will be of both.
+        let (mut cells, mut cuts) = (0, 0);
+        let each: Vec<usize> = deciding.iter().map(Deciding::cuts).collect();
+        for block in &image.blocks {
+            if let Block::Cells(block) = block {
+                cells += block.lists.len();
+                cuts += block.lists.iter().map(|&list| each[list as usize]).sum::<usize>();
+            }
+        }
+        // Three rows of texels for each row of cuts.
+        check_index(cuts.saturating_sub(1), MAX_ROWS / 3, "boundaries")?;
+        check_index(cells.saturating_sub(1), MAX_ROWS, "cells")?;
         let mut packed = Packed {
             block_grid,
             blocks: Vec::with_capacity(image.blocks.len()),
-            cells: Vec::new(),
-            cuts: Vec::new(),
+            cells: Vec::with_capacity(cells.next_multiple_of(WIDTH as usize)),
+            cuts: stand(cuts),
             styles: image.regions.iter().map(|r| Style::plain(r.color).words()).collect(),
         };
-        let mut cuts = Vec::new();
+        let mut count = 0;
         for block in &image.blocks {
             let word = match block {
                 Block::Solid(node) => SOLID | region(image, *node)?,
                 Block::Cells(cells) => {
-                    let first = check_index(packed.cells.len(), MAX_ROWS, "cells")?;
-                    packed.push_cells(image, cells, &deciding, &mut cuts)?;
+                    let first = packed.cells.len() as u32;
+                    count = packed.push_cells(image, cells, &deciding, count);
                     u32::from(cells.texel_log2) << TEXEL_LOG2_SHIFT | first
                 }
             };
             packed.blocks.push(word);
         }
-        packed.cuts = stand_up(&cuts);
         fold(&mut packed.cells, 0, "cells")?;
         fold(&mut packed.styles, [0; 4], "styles")?;
         Ok(packed)
@@ -182,27 +193,32 @@ impl Packed {
         })
     }
 
-    /// Appends the words and the cuts of a block's cells.
+    /// Appends the words of a block's cells, and puts their cuts behind the first `count`. Returns how many there are
+    /// then.
     fn push_cells(
         &mut self,
         image: &Image,
         cells: &Cells<3>,
         deciding: &[Deciding],
-        cuts: &mut Vec<Cut>,
-    ) -> Result<()> {
+        mut count: usize,
+    ) -> usize {
+        let mut cuts = Vec::new();
         for (cell, &list) in grid::places(image.cell_grid(cells.texel_log2)).zip(&cells.lists) {
             let word = match &deciding[list as usize] {
                 Deciding::Solid(region) => SOLID | region,
                 Deciding::Between(candidates) => {
-                    // Three rows of texels for each row of cuts.
-                    let first = check_index(cuts.len(), MAX_ROWS / 3, "boundaries")?;
                     let value = cuts::value(image, cells, cell);
-                    push_cuts(candidates, |k| candidates.cut(k, &value), first, cuts)
+                    let cut = |k| candidates.cut(k, &value);
+                    let word = push_cuts(candidates, cut, count as u32, &mut cuts);
+                    stand_up(&mut self.cuts, count, &cuts);
+                    count += cuts.len();
+                    cuts.clear();
+                    word
                 }
             };
             self.cells.push(word);
         }
-        Ok(())
+        count
     }
 }
 
@@ -241,17 +257,22 @@ pub(super) fn push_cuts(
     (count as u32) << COUNT_SHIFT | by_pairs | first
 }
 
-/// Cuts as rows of texels: of each row of cuts the first columns, then the second, then the third.
-pub(super) fn stand_up(cuts: &[Cut]) -> Vec<[u32; 4]> {
+/// Room for so many cuts as rows of texels: of each row of cuts the first columns, then the second, then the third.
+pub(super) fn stand(count: usize) -> Vec<[u32; 4]> {
     // No texture is empty.
-    let columns = cuts.len().clamp(1, WIDTH as usize);
-    let mut texels = vec![[0; 4]; 3 * cuts.len().max(1).next_multiple_of(columns)];
-    for (i, cut) in cuts.iter().enumerate() {
+    let count = count.max(1);
+    let columns = count.min(WIDTH as usize);
+    vec![[0; 4]; 3 * count.next_multiple_of(columns)]
+}
+
+/// Puts some cuts where they belong in what [`stand`] has made, the first of them as number `first`.
+pub(super) fn stand_up(texels: &mut [[u32; 4]], first: usize, cuts: &[Cut]) {
+    let columns = (texels.len() / 3).min(WIDTH as usize);
+    for (i, cut) in (first..).zip(cuts) {
         for (a, &texel) in cut.iter().enumerate() {
             texels[(i / columns * 3 + a) * columns + i % columns] = texel;
         }
     }
-    texels
 }
 
 fn region(image: &Image, node: NodeId) -> Result<RegionId> {

@@ -70,7 +70,7 @@ fn models(source: &Source<2>, options: &StreamOptions, levels: u8) -> Vec<Image>
     let model = |(level, labels): (u8, &Vec<RegionId>)| {
         let size = crate::grid::pieces(found.size, 2 * level);
         let regions = colors.iter().map(|&color| Region { color }).collect();
-        let areas = direct::Areas { size, labels, regions };
+        let areas = direct::Areas { size, labels, cracks: None, regions };
         direct::model(areas, options.gamma, direct::BLOCK_LOG2, &options.limits).unwrap()
     };
     (0..).zip(&labels).map(model).collect()

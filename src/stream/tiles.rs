@@ -85,7 +85,7 @@ fn draw_tile(
     let place = |region| numbers.binary_search(&region).unwrap_or_default() as u32;
     let labels = row.rows.paint(from, around, place);
     let regions = numbers.iter().map(|&region| Region { color: color(region) }).collect();
-    let areas = Areas { size: around, labels: &labels, regions };
+    let areas = Areas { size: around, labels: &labels, cracks: None, regions };
     let how = (layout.gamma, layout.block_log2);
     let model = direct::part(areas, &numbers, met, placing, how, limits)?;
     let within = std::array::from_fn(|axis| first[axis] - from[axis]);

@@ -4,7 +4,7 @@
 //! - `growth`: 10³ to 10⁶ regions at the same pixels a region. Time and memory per region must not
 //!   grow: the bench fails where they do.
 //! - `components`: connected components and the dual of large pictures, against copying them.
-//! - `open`: files to what is drawn, on one thread.
+//! - `open`: files to what is drawn, on one thread; `npm run bench` adds the same with the web's modules.
 //! - `facets`: boundaries that keep to the borders of cells, at 4×.
 //! - `zoom`: a drawing at 2048 pixels, enlarged to 16,384, beside the drawing itself.
 //! - `sizes`: a texel size for each block, against one for all, at the same number of scalars.

@@ -1,6 +1,8 @@
 // `npm run bench`: what pictures cost, in tables; tests/bench/main.rs says which there are, and rd.py beside it is one more. Words in
 // the arguments choose some.
-import { existsSync, rmSync } from 'node:fs';
+import { existsSync, mkdirSync, rmSync } from 'node:fs';
+import { measureWeb } from '../../tests/bench/open.mjs';
+import { encoderWasm, wasm } from './build.mjs';
 import { at, cli, main, output, run, TaskError, VTRACER } from './project.mjs';
 import { cargoTool } from './setup.mjs';
 
@@ -15,7 +17,7 @@ const CODECS = [
 ];
 const PICTURES = ['emblem', 'map'];
 
-await main(import.meta.url, () => {
+await main(import.meta.url, async () => {
   const words = process.argv.slice(2);
   const others = words.filter((word) => word !== 'rd');
   // All words that are pictures may belong to it.
@@ -26,7 +28,18 @@ await main(import.meta.url, () => {
     cargoTool('vtracer', 'vtracer', VTRACER, ['--locked']);
     rmSync(at('.tools', 'build'), { recursive: true, force: true });
   }
-  run('cargo', ['bench', '--features', 'bench,gpu', '--bench', 'bench', '--', ...others]);
+  const opens = others.length === 0 || others.includes('open');
+  const folder = at('target', 'bench', 'open');
+  mkdirSync(folder, { recursive: true });
+  const env = opens ? { ISTAR_BENCH_OPEN: folder } : {};
+  // Without what draws where that is not asked for: it takes long to build.
+  const features = opens && others.length > 0 && !others.includes('gpu') ? 'bench' : 'bench,gpu';
+  run('cargo', ['bench', '--features', features, '--bench', 'bench', '--', ...others], env);
+  if (opens) {
+    wasm();
+    encoderWasm();
+    await measureWeb(folder, at('target', 'web'), at('dist'));
+  }
 });
 
 /** Bytes against quality, for IStar and others. */

@@ -4,7 +4,7 @@
 //! the left: what is learned of one hand serves the other.
 
 use super::lattice::{Corner, Lattice};
-use super::path::{AHEAD, Fit, LEFT, Pass, Path, RIGHT};
+use super::path::{AHEAD, Fit, LEFT, Pass, Path, RIGHT, Recent};
 use super::tracker::{Habit, Normal, Side, Tracker};
 use crate::entropy::{Logistic, hash};
 
@@ -88,12 +88,29 @@ impl<'a> Head<'a> {
     }
 
     /// Seen corners at these places, a bit each.
-    fn ring(&self, places: &[(i32, i32)]) -> u32 {
-        places.iter().fold(0, |ring, &(ahead, left)| ring << 1 | self.seen(ahead, left))
+    #[inline]
+    fn ring<const N: usize>(&self, places: [(i32, i32); N]) -> u32 {
+        let mut ring = 0;
+        for (ahead, left) in places {
+            ring = ring << 1 | self.seen(ahead, left);
+        }
+        ring
     }
 
     /// Steps to the next seen corner in a direction, at most 10.
+    #[inline]
     fn ray(&self, ahead: i32, left: i32) -> u32 {
+        if let Some((at, steps)) = self.inner {
+            let step = ahead * steps[0] + left * steps[1];
+            let mut at = at;
+            for n in 1..=SIGHT {
+                at = at.wrapping_add_signed(step);
+                if self.lattice.seen_at(at) {
+                    return n as u32;
+                }
+            }
+            return SIGHT as u32 + 1;
+        }
         let steps = 1..=SIGHT;
         steps.into_iter().find(|&n| self.seen(n * ahead, n * left) == 1).unwrap_or(SIGHT + 1) as u32
     }
@@ -150,45 +167,47 @@ impl Curves {
         for (misses, &lead) in self.state.misses.iter_mut().zip(&step.ahead) {
             *misses = *misses << 1 | u8::from((lead > 0) != (turn == AHEAD));
         }
-        let [left, right] = corner.pixels_ahead(d);
-        for tracker in &mut self.state.trackers {
-            let a = tracker.learn(&self.normal, left, turn != LEFT);
-            let b = tracker.learn(&self.normal, right, turn == RIGHT);
-            if Tracker::is_corner(a) || Tracker::is_corner(b) {
+        let [_, right] = corner.pixels_ahead(d);
+        // One tracker does not wait for another.
+        let mut corners = [false; TRACKERS];
+        for ((tracker, &left), is_corner) in
+            self.state.trackers.iter_mut().zip(&step.left).zip(&mut corners)
+        {
+            *is_corner = Tracker::is_corner(tracker.learn(&self.normal, left, turn != LEFT));
+        }
+        for (tracker, is_corner) in self.state.trackers.iter_mut().zip(corners) {
+            let right = tracker.side(right);
+            let likely = tracker.learn(&self.normal, right, turn == RIGHT);
+            if is_corner || Tracker::is_corner(likely) {
                 tracker.turn_at(corner, super::trace::turned(d, turn), d);
             }
         }
     }
+}
 
-    fn record(&self, curve: usize) -> u64 {
-        let misses = self.state.misses[curve];
-        u64::from(misses.count_ones().min(4) * 2) + u64::from(misses & 1)
-    }
+/// How many of the last eight steps each curve has missed: the ones of each byte, all bytes at once.
+fn missed(misses: [u8; CURVES]) -> [u8; CURVES] {
+    const EACH: u64 = 0x0101_0101_0101_0101;
+    let bits = u64::from_le_bytes(misses);
+    let pairs = bits - (bits >> 1 & (0x55 * EACH));
+    let fours = (pairs & (0x33 * EACH)) + (pairs >> 2 & (0x33 * EACH));
+    (fours + (fours >> 4) & (0x0f * EACH)).to_le_bytes()
 }
 
 /// A number of standard deviations as a small number.
 fn grade(z: f64) -> u64 {
     let z = z.clamp(-5.9, 5.9);
     // Finer where it decides.
-    let fine = if z.abs() < 2.0 {
-        z * 4.0
-    } else if z > 0.0 {
-        6.0 + z
-    } else {
-        z - 6.0
-    };
-    (fine + 12.0) as u64
+    let fine = if z.abs() < 2.0 { z * 4.0 } else { z + 6.0f64.copysign(z) };
+    (fine + 12.0) as i32 as u64
 }
 
-/// Standard deviations of a place as a small number: by powers of two.
+/// Standard deviations of a place as a small number: of 0.02 and its first powers of two, those that it exceeds.
 fn scale(spread: f64) -> u64 {
-    let mut n = 0;
-    let mut most = 0.02;
-    while n < 7 && spread > most {
-        most *= 2.0;
-        n += 1;
-    }
-    n
+    // As numbers, the bits of two that are positive are in the same order as these, and a power of two is one more.
+    const DIGITS: u32 = f64::MANTISSA_DIGITS - 1;
+    let above = spread.to_bits() as i64 - 0.02f64.to_bits() as i64 - 1;
+    ((above >> DIGITS) + 1).clamp(0, 7) as u64
 }
 
 /// What a tracker says of the step from a corner.
@@ -201,6 +220,8 @@ struct Outlook {
     /// `ahead`, and how well the curve's place is known, as small numbers.
     likely: u64,
     scale: u64,
+    /// Where the pixel ahead on the left is.
+    left: Side,
 }
 
 fn outlook(curves: &Curves, logistic: &Logistic, tracker: &Tracker, head: &Head<'_>) -> Outlook {
@@ -211,7 +232,7 @@ fn outlook(curves: &Curves, logistic: &Logistic, tracker: &Tracker, head: &Head<
     let to_right = below(right);
     let odds = |yes: f64, no: f64| {
         let (yes, no) = (yes.max(1e-5), no.max(1e-5));
-        logistic.stretch((yes / (yes + no) * 65535.0) as u16)
+        logistic.stretch((yes / (yes + no) * 65535.0) as i32 as u16)
     };
     let sides = to_left + to_right;
     let ahead = odds(1.0 - sides, sides);
@@ -224,13 +245,14 @@ fn outlook(curves: &Curves, logistic: &Logistic, tracker: &Tracker, head: &Head<
         class: grade(zl) | grade(zr) << 5 | scale << 10,
         ahead,
         aside: if is_mirrored { -right_turn } else { right_turn },
-        likely: ((ahead.clamp(-1500, 1500) + 1500) / 126) as u64,
+        likely: ((ahead.clamp(-1500, 1500) + 1500) as u32 / 126).into(),
         scale,
+        left,
     }
 }
 
 /// A curve's pass as a small number. `None`, and what is far off, has its own.
-fn class(pass: Option<Pass>, hand: i64) -> [u64; 2] {
+fn class_of(pass: Option<Pass>, hand: i64) -> [u64; 2] {
     let Some(pass) = pass else { return [59, 0] };
     let offset = ((hand * pass.offset) >> 12).clamp(-28, 27) + 28;
     let lean = hand * pass.right / 4096 + 16;
@@ -244,37 +266,48 @@ pub struct Step {
     /// Log-odds, by each curve, of a step ahead; and, where there is none, of one to the right.
     pub ahead: [i32; EXPERTS],
     pub aside: [i32; EXPERTS],
+    /// Where each tracker believes the pixel ahead on the left.
+    left: [Side; TRACKERS],
 }
 
 impl Step {
     pub fn new(head: &Head<'_>, curves: &Curves, logistic: &Logistic) -> Self {
         let turns = head.path.turns();
         let hand = i64::from(head.hand());
-        let passes = curves.fits.each_ref().map(|fit| fit.pass(head.path, head.direction));
-        let classes = passes.map(|pass| class(pass, hand));
+        let recent = Recent::new(head.path);
+        let (mut passes, mut classes) = ([None; CURVES], [[0; 2]; CURVES]);
+        for ((fit, pass), class) in curves.fits.iter().zip(&mut passes).zip(&mut classes) {
+            *pass = fit.pass(&recent, head.direction);
+            *class = class_of(*pass, hand);
+        }
         let opinion = |value: i64| (value >> 6).clamp(-1023, 1023) as i32;
         // A step ahead parts two pixels, half a pixel to both sides of it.
         let trackers = curves.state.trackers.each_ref();
         let outlooks = trackers.map(|tracker| outlook(curves, logistic, tracker, head));
-        let fitted = |k: usize, of: &dyn Fn(Pass) -> i64| passes[k].map_or(0, |p| opinion(of(p)));
-        let ahead = std::array::from_fn(|k| match k.checked_sub(CURVES) {
-            None => fitted(k, &|p| p.ahead / 2 - p.offset.abs()),
-            Some(tracker) => outlooks[tracker].ahead,
-        });
-        let aside = std::array::from_fn(|k| match k.checked_sub(CURVES) {
-            None => fitted(k, &|p| -hand * p.offset),
-            Some(tracker) => outlooks[tracker].aside,
-        });
+        let (mut ahead, mut aside) = ([0; EXPERTS], [0; EXPERTS]);
+        for (k, pass) in passes.iter().enumerate() {
+            if let Some(pass) = pass {
+                ahead[k] = opinion(pass.ahead / 2 - pass.offset.abs());
+                aside[k] = opinion(-hand * pass.offset);
+            }
+        }
+        for (k, outlook) in (CURVES..).zip(&outlooks) {
+            (ahead[k], aside[k]) = (outlook.ahead, outlook.aside);
+        }
         // The curve that did best of late; of equal ones, the one that sees farthest.
-        let best = (0..CURVES)
-            .rev()
-            .filter(|&k| passes[k].is_some())
-            .min_by_key(|&k| {
-                curves.state.misses[k].count_ones() * 2 + u32::from(curves.state.misses[k] & 1)
-            })
-            .unwrap_or(0);
+        let missed = missed(curves.state.misses);
+        let record =
+            |k: usize| u64::from(missed[k].min(4) * 2) + u64::from(curves.state.misses[k] & 1);
+        let mut best = 0;
+        let mut least = u8::MAX;
+        for k in (0..CURVES).rev() {
+            let misses = missed[k] * 2 + (curves.state.misses[k] & 1);
+            if passes[k].is_some() && misses < least {
+                (best, least) = (k, misses);
+            }
+        }
 
-        let ring = head.ring(&[
+        let ring = head.ring([
             (1, 1),
             (1, -1),
             (2, 0),
@@ -290,7 +323,7 @@ impl Step {
         let offset = |k: usize| classes[k][0];
         let both = |k: usize| classes[k][0] | classes[k][1] << 8;
         let last = |n: u32| newest(turns, n);
-        let told = |k: usize| both(k) | curves.record(k) << 16 | last(1) << 20;
+        let told = |k: usize| both(k) | record(k) << 16 | last(1) << 20;
         let home = u64::from(head.homeward()) | u64::from(head.path.turned()) << 10;
         let mut number = 0;
         let contexts = [
@@ -321,10 +354,11 @@ impl Step {
             last(2) as usize * 2 + usize::from(ring != 0),
             offset(2) as usize * 3 + (last(1) as usize).min(2),
             offset(4) as usize,
-            best * 10 + curves.record(best) as usize,
+            best * 10 + record(best) as usize,
             (outlooks[1].likely * 8 + outlooks[1].scale) as usize,
         ];
-        Step { contexts, rows, ahead, aside }
+        let left = outlooks.each_ref().map(|outlook| outlook.left);
+        Step { contexts, rows, ahead, aside, left }
     }
 
     /// Its contexts where so much is known of the corner: see [`number`](super::trace::number).
@@ -344,7 +378,7 @@ impl Branch {
     pub fn new(head: &Head<'_>) -> Self {
         let turns = head.path.turns();
         let places = [(1, 1), (1, -1), (2, 0), (0, 2), (0, -2), (-1, 1), (-1, -1)];
-        let ring = u64::from(head.ring(&places));
+        let ring = u64::from(head.ring(places));
         let last = |n: u32| newest(turns, n);
         let mut number = 0;
         let contexts = [0, ring, last(2), last(6), last(4) | ring << 32, last(12)].map(|context| {

@@ -67,6 +67,7 @@ struct Layer {
 pub struct Lattice {
     /// Of the picture, in pixels.
     size: [u32; 2],
+    /// With a row above the first and one below the last: those who take it over look there.
     marks: Vec<u8>,
     /// Squares of 2 corners a side, 4, 8 and so on, until one holds all.
     layers: Vec<Layer>,
@@ -86,19 +87,49 @@ impl Lattice {
         Lattice { size, marks: vec![0; Self::corners(size) as usize], layers }
     }
 
-    /// Corners of a picture; of one beyond all bounds, too few but still too many.
+    /// Corners that a picture takes memory for; of one beyond all bounds, too few but still too many.
     pub fn corners(size: [u32; 2]) -> u64 {
-        (u64::from(size[0]) + 1).saturating_mul(u64::from(size[1]) + 1)
+        (u64::from(size[0]) + 1).saturating_mul(u64::from(size[1]) + 3)
     }
 
     /// The cracks at the upper left corners of row `y` of pixels, [`RIGHT`] and [`DOWN`] in a byte.
     pub fn row(&self, y: usize) -> &[u8] {
-        let from = y * (self.size[0] as usize + 1);
-        &self.marks[from..from + self.size[0] as usize]
+        &self.marks[self.index(Corner { x: 0, y: y as i32 })..][..self.size[0] as usize]
+    }
+
+    /// Its cracks alone, as far as they part two of the numbers that pixels have by now: [`RIGHT`] and [`DOWN`] of
+    /// every corner, rows end to end, with an empty one before the first and one after the last.
+    pub fn into_cracks(mut self, numbers: &[u32]) -> Vec<u8> {
+        const EIGHT: u64 = 0x0101_0101_0101_0101 * (RIGHT | DOWN) as u64;
+        let width = self.size[0] as usize;
+        let rows = self.marks.chunks_exact_mut(width + 1).skip(1).zip(numbers.chunks_exact(width));
+        for (y, (marks, row)) in rows.enumerate() {
+            let above = y.checked_sub(1).map_or(row, |y| &numbers[y * width..][..width]);
+            for (k, marks) in marks.chunks_mut(8).enumerate() {
+                if let Ok(eight) = <[u8; 8]>::try_from(&*marks)
+                    && u64::from_ne_bytes(eight) & EIGHT == 0
+                {
+                    marks.fill(0);
+                    continue;
+                }
+                for (x, mark) in (8 * k..).zip(marks) {
+                    // Damaged bytes can tell of cracks that part nothing.
+                    let parts =
+                        |beside: Option<&u32>| row.get(x).is_some_and(|n| Some(n) != beside);
+                    let down = x > 0 && parts(row.get(x - 1));
+                    let own = u8::from(parts(above.get(x))) * RIGHT | u8::from(down) * DOWN;
+                    *mark &= own;
+                }
+            }
+        }
+        // Corners below the last pixels have none.
+        let last = self.marks.len() - 2 * (width + 1);
+        self.marks[last..].fill(0);
+        self.marks
     }
 
     fn index(&self, c: Corner) -> usize {
-        c.y as usize * (self.size[0] as usize + 1) + c.x as usize
+        (c.y as usize + 1) * (self.size[0] as usize + 1) + c.x as usize
     }
 
     /// A corner as a number.
@@ -108,7 +139,7 @@ impl Lattice {
 
     pub fn unpack(&self, at: u32) -> Corner {
         let stride = self.size[0] + 1;
-        Corner { x: (at % stride) as i32, y: (at / stride) as i32 }
+        Corner { x: (at % stride) as i32, y: (at / stride) as i32 - 1 }
     }
 
     pub fn contains(&self, c: Corner) -> bool {
@@ -175,8 +206,8 @@ impl Lattice {
     /// Square (x, y) of a layer; those of layer 0 are the corners themselves.
     pub fn square(&self, layer: usize, x: i32, y: i32) -> Square {
         let (size, squares) = match layer.checked_sub(1) {
-            None => (self.size.map(|n| n + 1), &self.marks),
-            Some(k) if k < self.layers.len() => (self.layers[k].size, &self.layers[k].squares),
+            None => (self.size.map(|n| n + 1), &self.marks[self.size[0] as usize + 1..]),
+            Some(k) if k < self.layers.len() => (self.layers[k].size, &self.layers[k].squares[..]),
             Some(_) => return Square::Outside,
         };
         if x < 0 || y < 0 || x as u32 >= size[0] || y as u32 >= size[1] {
@@ -205,8 +236,8 @@ impl Lattice {
     /// Notes that a component starts in a square.
     pub fn mark_start(&mut self, layer: usize, x: i32, y: i32) {
         let (width, squares) = match layer.checked_sub(1) {
-            None => (self.size[0] + 1, &mut self.marks),
-            Some(k) => (self.layers[k].size[0], &mut self.layers[k].squares),
+            None => (self.size[0] + 1, &mut self.marks[self.size[0] as usize + 1..]),
+            Some(k) => (self.layers[k].size[0], &mut self.layers[k].squares[..]),
         };
         squares[y as usize * width as usize + x as usize] |= START;
     }
@@ -220,7 +251,7 @@ impl Lattice {
         let mut lattice = Lattice::new(size);
         let width = size[0] as usize;
         for (y, row) in labels.chunks_exact(width).enumerate() {
-            let marks = &mut lattice.marks[y * (width + 1)..][..width];
+            let marks = &mut lattice.marks[(y + 1) * (width + 1)..][..width];
             for x in 1..width {
                 if row[x] != row[x - 1] {
                     marks[x] |= DOWN;
@@ -303,4 +334,25 @@ impl Lattice {
 fn before(a: Corner, b: Corner) -> bool {
     let (x, y) = ((a.x ^ b.x) as u32, (a.y ^ b.y) as u32);
     if y >= x || y.leading_zeros() <= x.leading_zeros() { a.y < b.y } else { a.x < b.x }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cracks_that_part_nothing_are_none() {
+        // Two pixels of one number and two others, a crack between all, and marks of other kinds.
+        let mut lattice = Lattice::new([2, 2]);
+        for (corner, d) in [((0, 1), 0), ((1, 1), 0), ((1, 0), 1), ((1, 1), 1)]
+            .map(|((x, y), d)| (Corner { x, y }, d))
+        {
+            lattice.set(corner, d);
+            lattice.see(corner);
+            lattice.mark_start(0, corner.x, corner.y);
+        }
+        let none = [0; 3];
+        let expected = [none, [0; 3], [0, RIGHT | DOWN, 0], none, none].concat();
+        assert_eq!(lattice.into_cracks(&[7, 7, 7, 8]), expected);
+    }
 }

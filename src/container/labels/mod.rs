@@ -94,26 +94,31 @@ pub fn encode(size: [u32; 2], labels: &[u32], limits: &Limits) -> Result<Coded> 
 /// [`Error::Malformed`] for damaged bytes, as far as damage shows, [`Error::Limit`] for a picture that
 /// is larger than `limits` allow, and [`Error::Usage`] for one without pixels.
 pub fn decode(bytes: &[u8], size: [u32; 2], limits: &Limits) -> Result<(Vec<u32>, u32)> {
-    let (faces, numbers, count) = decode_faces(bytes, size, limits)?;
+    let (_, faces, numbers, count) = decode_faces(bytes, size, limits)?;
     let mut labels = faces.ids;
-    for label in &mut labels {
-        *label = numbers[*label as usize];
-    }
+    renumber(&mut labels, &numbers);
     Ok((labels, count))
 }
 
-/// The same as areas of one label that hang together: the area of each pixel, row by row, areas by their
-/// first pixel; the number of the label of each; and how many there are of these.
+/// Areas of one label that hang together.
+pub struct Areas {
+    /// The area of each pixel, row by row, areas by their first pixel.
+    pub areas: Vec<u32>,
+    /// The number of the label of each.
+    pub numbers: Vec<u32>,
+    /// How many there are of these.
+    pub count: u32,
+    /// The cracks between areas, see [`Lattice::into_cracks`].
+    pub cracks: Vec<u8>,
+}
+
+/// The same as areas.
 ///
 /// # Errors
 /// As [`decode`].
-pub fn decode_areas(
-    bytes: &[u8],
-    size: [u32; 2],
-    limits: &Limits,
-) -> Result<(Vec<u32>, Vec<u32>, u32)> {
-    let (faces, by_id, count) = decode_faces(bytes, size, limits)?;
-    let mut areas: Vec<u32> = Vec::with_capacity(faces.ids());
+pub fn decode_areas(bytes: &[u8], size: [u32; 2], limits: &Limits) -> Result<Areas> {
+    let (lattice, faces, by_id, count) = decode_faces(bytes, size, limits)?;
+    let mut by_face: Vec<u32> = Vec::with_capacity(faces.ids());
     let mut numbers = Vec::new();
     for id in 0..faces.ids() as u32 {
         // A face is the first of its ids.
@@ -122,19 +127,37 @@ pub fn decode_areas(
                 numbers.push(by_id[id as usize]);
                 numbers.len() as u32 - 1
             }
-            face => areas[face as usize],
+            face => by_face[face as usize],
         };
-        areas.push(area);
+        by_face.push(area);
     }
-    let mut labels = faces.ids;
-    for label in &mut labels {
-        *label = areas[*label as usize];
-    }
-    Ok((labels, numbers, count))
+    let mut areas = faces.ids;
+    renumber(&mut areas, &by_face);
+    let cracks = lattice.into_cracks(&areas);
+    Ok(Areas { areas, numbers, count, cracks })
 }
 
-/// The faces, the number of the label of each by any of its ids, and how many labels there are.
-fn decode_faces(bytes: &[u8], size: [u32; 2], limits: &Limits) -> Result<(Faces, Vec<u32>, u32)> {
+/// Gives pixels other numbers. Neighbours mostly have the same: so many at a time are looked at.
+fn renumber(labels: &mut [u32], numbers: &[u32]) {
+    const MANY: usize = 16;
+    let (chunks, rest) = labels.as_chunks_mut::<MANY>();
+    for chunk in chunks {
+        let first = chunk[0];
+        if chunk.iter().fold(0, |all, &label| all | (label ^ first)) == 0 {
+            *chunk = [numbers[first as usize]; MANY];
+        } else {
+            chunk.iter_mut().for_each(|label| *label = numbers[*label as usize]);
+        }
+    }
+    rest.iter_mut().for_each(|label| *label = numbers[*label as usize]);
+}
+
+/// The cracks, the faces, the number of the label of each by any of its ids, and how many labels there are.
+fn decode_faces(
+    bytes: &[u8],
+    size: [u32; 2],
+    limits: &Limits,
+) -> Result<(Lattice, Faces, Vec<u32>, u32)> {
     let pixels = check(size, limits)?;
     let mut reader = Reader::new("labels", bytes);
     let count = reader.varint()?;
@@ -148,12 +171,11 @@ fn decode_faces(bytes: &[u8], size: [u32; 2], limits: &Limits) -> Result<(Faces,
         return Err(reader.error("it ends too early"));
     }
     let faces = faces(size, &lattice, limits)?;
-    drop(lattice);
     let numbers = Numbers::code(size, &faces, count, &mut decoder, &logistic, |_| 0)
         .filter(|_| decoder.at_end() && !decoder.exhausted())
         .ok_or_else(|| reader.error("the numbers of its labels do not hold"))?
         .by_id();
-    Ok((faces, numbers, count))
+    Ok((lattice, faces, numbers, count))
 }
 
 /// Checks a size against limits, and returns the number of pixels.

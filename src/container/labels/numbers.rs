@@ -94,12 +94,10 @@ impl<'a> Numbers<'a> {
         logistic: &Logistic,
         truth: impl Fn(u32) -> u32,
     ) -> Option<Numbers<'a>> {
-        let predictor = |contexts, slots_log2, sets: &[usize]| {
-            Predictor::new(&Shape { contexts, experts: 0, slots_log2, sets, weight: 6000 })
-        };
-        let mut is_new = predictor(4, 12, &[NEARBY + 1]);
-        let mut is_near = predictor(5, 12, &[NEARBY]);
-        let mut digit = predictor(2, 16, &[32]);
+        let shape = |slots_log2, rows| Shape { experts: 0, slots_log2, sets: [rows], weight: 6000 };
+        let mut is_new = Predictor::new(&shape(12, NEARBY + 1));
+        let mut is_near = Predictor::new(&shape(12, NEARBY));
+        let mut digit = Predictor::new(&shape(16, 32));
         let depth = u32::BITS - count.saturating_sub(1).leading_zeros();
 
         let mut numbers = Numbers { size, faces, of: vec![UNKNOWN; faces.ids()] };
@@ -204,9 +202,25 @@ impl<'a> Numbers<'a> {
         let mut nearby = Near { labels: [(UNKNOWN, 0); NEARBY], count: 0 };
         // What a ray came upon last tells nothing again.
         let mut last = [UNKNOWN; RAYS.len()];
-        for (distance, steps) in (1..).zip(rays.steps.chunks_exact(RAYS.len())) {
-            for (step, last) in steps.iter().zip(&mut last) {
-                let Some(id) = id(step).filter(|id| id != last) else { continue };
+        for (distance, steps) in (1..).zip(rays.steps.as_chunks::<{ RAYS.len() }>().0) {
+            let mut ids = last;
+            if is_inner {
+                for (id, step) in ids.iter_mut().zip(steps) {
+                    *id = self.faces.ids[(i64::from(at) + step.offset) as usize];
+                }
+            } else {
+                for (known, step) in ids.iter_mut().zip(steps) {
+                    *known = id(step).unwrap_or(*known);
+                }
+            }
+            // All at once: mostly no ray comes upon anything.
+            if ids == last {
+                continue;
+            }
+            for (&id, last) in ids.iter().zip(&mut last) {
+                if id == *last {
+                    continue;
+                }
                 *last = id;
                 let near = number(id);
                 if near == UNKNOWN

@@ -12,9 +12,10 @@ pub const MEMORY: usize = 52;
 
 /// Sums are taken over so many corners at a time.
 const LANES: usize = 8;
-/// Corners that are kept, at most, and that stay when there is no more room.
-const ROOM: usize = 8 * MEMORY;
-const KEPT: usize = MEMORY + LANES;
+/// Corners that sums are taken over at most: whole lanes, so that some come before the first.
+const REACH: usize = MEMORY.next_multiple_of(LANES);
+/// Corners that are kept, at most.
+const ROOM: usize = 8 * REACH;
 
 /// The last corners of a chain of cracks.
 #[derive(Clone)]
@@ -35,7 +36,7 @@ impl Path {
     pub fn new() -> Self {
         let room = || {
             let mut room = Vec::with_capacity(ROOM);
-            room.resize(LANES, 0);
+            room.resize(REACH, 0);
             room
         };
         Path { xs: room(), ys: room(), len: 0, turns: 0, turned: LEFT }
@@ -72,8 +73,8 @@ impl Path {
                 break;
             }
         }
-        self.xs.truncate(LANES);
-        self.ys.truncate(LANES);
+        self.xs.truncate(REACH);
+        self.ys.truncate(REACH);
         self.len = 0;
         (self.turns, self.turned) = (0, LEFT);
         for &corner in corners[..=n].iter().rev() {
@@ -86,8 +87,8 @@ impl Path {
 
     pub fn reach(&mut self, c: Corner) {
         if self.xs.len() == ROOM {
-            self.xs.drain(..ROOM - KEPT);
-            self.ys.drain(..ROOM - KEPT);
+            self.xs.drain(..ROOM - REACH);
+            self.ys.drain(..ROOM - REACH);
         }
         self.xs.push(c.x as i16);
         self.ys.push(c.y as i16);
@@ -113,6 +114,33 @@ impl Path {
             LEFT => self.turns,
             _ => (self.turns & LOW) << 1 | (self.turns >> 1) & LOW,
         }
+    }
+}
+
+/// Places along an axis as seen from the newest, which is the last: no two are far apart.
+type Near = [[i16; LANES]; REACH / LANES];
+
+/// The last corners of a path, along each axis, for curves to be laid through.
+pub struct Recent {
+    along: [Near; 2],
+    /// How many there are.
+    len: usize,
+}
+
+impl Recent {
+    pub fn new(path: &Path) -> Self {
+        let near = |along: &[i16]| {
+            let newest = along.last().copied().unwrap_or(0);
+            let mut near = [[0; LANES]; REACH / LANES];
+            let last = &along[along.len() - REACH..];
+            for (near, at) in near.iter_mut().zip(last.as_chunks::<LANES>().0) {
+                for lane in 0..LANES {
+                    near[lane] = at[lane].wrapping_sub(newest);
+                }
+            }
+            near
+        };
+        Recent { along: [near(&path.xs), near(&path.ys)], len: path.len }
     }
 }
 
@@ -167,43 +195,40 @@ impl Fit {
 
     /// How the curve passes the crack from the path's end in direction `d`; none where the path is too
     /// short.
-    pub fn pass(&self, path: &Path, d: u32) -> Option<Pass> {
-        if path.len < self.corners {
+    #[inline]
+    pub fn pass(&self, recent: &Recent, d: u32) -> Option<Pass> {
+        if recent.len < self.corners {
             return None;
         }
-        let [x, y] = [&path.xs, &path.ys].map(|along| self.sums(along));
-        let place = [x[0], y[0]].map(|sum| i64::from(sum) * 4);
-        let [vx, vy] = [x[1], y[1]].map(i64::from);
-        // One division for three.
-        let per_norm = ONE / (vx.unsigned_abs() + vy.unsigned_abs()).max(1);
-        let over_norm = |value: i64| (value * per_norm as i64) >> ONE.ilog2();
+        let [x, y] = &recent.along;
+        let places = [4 * i64::from(sum(&self.place, x)), 4 * i64::from(sum(&self.place, y))];
+        let [vx, vy] = [sum(&self.direction, x).into(), sum(&self.direction, y).into()];
+        // One division for three. In doubles it takes less time and is as exact: what it gives is farther from
+        // the next whole number than they are wrong by.
+        let norm = i64::max(i64::abs(vx) + i64::abs(vy), 1);
+        let per_norm = (ONE as f64 / norm as f64) as i64;
+        let over_norm = |value: i64| (value * per_norm) >> ONE.ilog2();
         let step = Corner { x: 0, y: 0 }.ahead(d, 1);
         let (ux, uy) = (i64::from(step.x), i64::from(step.y));
-        let [mx, my] = [32768 * ux - place[0], 32768 * uy - place[1]];
+        let [mx, my] = [32768 * ux - places[0], 32768 * uy - places[1]];
         Some(Pass {
             offset: over_norm(vx * my - vy * mx),
             ahead: over_norm((ux * vx + uy * vy) << 16),
             right: over_norm((ux * vy - uy * vx) << 16),
         })
     }
+}
 
-    /// The curve's place and direction along one axis, as seen from the newest of some places.
-    #[inline]
-    fn sums(&self, along: &[i16]) -> [i32; 2] {
-        let newest = along.last().copied().unwrap_or(0);
-        let from = along.len() - self.place.len() * LANES;
-        let mut sums = [[0i32; LANES]; 2];
-        let weights = self.place.iter().zip(&self.direction);
-        for (values, (place, direction)) in along[from..].as_chunks::<LANES>().0.iter().zip(weights)
-        {
-            for lane in 0..LANES {
-                let value = i32::from(values[lane].wrapping_sub(newest));
-                sums[0][lane] += value * i32::from(place[lane]);
-                sums[1][lane] += value * i32::from(direction[lane]);
-            }
+/// The sum of the last places by weight.
+#[inline]
+fn sum(weights: &[[i16; LANES]], along: &Near) -> i32 {
+    let mut sums = [0i32; LANES];
+    for (weights, places) in weights.iter().zip(&along[along.len() - weights.len()..]) {
+        for lane in 0..LANES {
+            sums[lane] += i32::from(weights[lane]) * i32::from(places[lane]);
         }
-        sums.map(|sums| sums.iter().sum())
     }
+    sums.into_iter().fold(0, i32::wrapping_add)
 }
 
 #[cfg(test)]
@@ -221,19 +246,19 @@ mod tests {
         // One step right, one down: a diagonal through the middles of its steps.
         let diagonal = path((0..100).map(|i| (i / 2 + i % 2, i / 2)));
         for (n, degree) in [(6, 1), (52, 1), (12, 2), (48, 2)] {
-            let pass = Fit::new(n, degree).pass(&diagonal, 1).unwrap();
+            let pass = Fit::new(n, degree).pass(&Recent::new(&diagonal), 1).unwrap();
             assert!(pass.offset.abs() < 30_000 && (pass.ahead - 32768).abs() < 8000, "{n}");
             assert!((pass.ahead.abs() + pass.right.abs() - 65536).abs() <= 2);
         }
         // Not a way of unit steps, but a parabola to the last digit: only the fit is looked at.
         let parabola = path((-20..=0).map(|i| (4 * i, i * i)));
-        let pass = Fit::new(12, 2).pass(&parabola, 0).unwrap();
+        let pass = Fit::new(12, 2).pass(&Recent::new(&parabola), 0).unwrap();
         assert!((pass.ahead - 65536 * 4 / 5).abs() < 200, "{}", pass.ahead);
     }
 
     #[test]
     fn a_short_path_has_no_curve() {
-        assert!(Fit::new(6, 1).pass(&path((0..5).map(|i| (i, 0))), 0).is_none());
+        assert!(Fit::new(6, 1).pass(&Recent::new(&path((0..5).map(|i| (i, 0)))), 0).is_none());
     }
 
     #[test]
@@ -254,7 +279,7 @@ mod tests {
         lattice.set(Corner { x: 3, y: 4 }, 1);
         let mut path = Path::new();
         path.rebuild(&lattice, Corner { x: 5, y: 4 }, 1);
-        assert_eq!((&path.xs[LANES..], &path.ys[LANES..]), (&[1, 2, 3, 4, 5][..], &[4; 5][..]));
+        assert_eq!((&path.xs[REACH..], &path.ys[REACH..]), (&[1, 2, 3, 4, 5][..], &[4; 5][..]));
         assert_eq!(path.turns, u64::from(RIGHT));
     }
 }

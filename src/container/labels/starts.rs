@@ -3,11 +3,12 @@
 use super::lattice::{Lattice, Square};
 use crate::entropy::{Shape, hash};
 
-const CONTEXTS: usize = 6;
+/// Contexts of it.
+pub const START_CONTEXTS: usize = 6;
 
 /// The size of the predictor.
-pub const START_SHAPE: Shape<'static> =
-    Shape { contexts: CONTEXTS, experts: 0, slots_log2: 14, sets: &[32, 15], weight: 6000 };
+pub const START_SHAPE: Shape<2> =
+    Shape { experts: 0, slots_log2: 14, sets: [32, 15], weight: 6000 };
 
 /// The contexts of square (x, y) of a layer, and the rows of the mixer's sets.
 pub fn start_contexts(
@@ -16,7 +17,7 @@ pub fn start_contexts(
     x: i32,
     y: i32,
     siblings: u32,
-) -> ([u32; CONTEXTS], [usize; 2]) {
+) -> ([u32; START_CONTEXTS], [usize; 2]) {
     // Whether a square at so many steps has been touched, and whether something starts in it.
     let at = |layer: usize, x: i32, y: i32| match lattice.square(layer, x, y) {
         Square::Outside => (0u64, 0u64),

@@ -14,7 +14,7 @@ use super::lattice::{Corner, Lattice};
 use super::path::{AHEAD, LEFT, Path};
 #[cfg(feature = "encode")]
 use super::simplify::Editor;
-use super::starts::{START_SHAPE, start_contexts};
+use super::starts::{START_CONTEXTS, START_SHAPE, start_contexts};
 use crate::entropy::{Coder, Logistic, Predictor, Shape};
 use std::borrow::Cow;
 
@@ -36,9 +36,9 @@ pub struct Tracer<'a, C> {
     #[cfg(feature = "encode")]
     pub(super) editor: Option<Box<Editor<'a>>>,
     pub(super) lattice: Lattice,
-    pub(super) step: Predictor,
-    branch: Predictor,
-    start: Predictor,
+    pub(super) step: Predictor<STEP_CONTEXTS, { STEP_ROWS.len() }>,
+    branch: Predictor<BRANCH_CONTEXTS, 2>,
+    start: Predictor<START_CONTEXTS, 2>,
     pub(super) path: Path,
     pub(super) curves: Curves,
     /// Corners, as numbers, from which more cracks lead on.
@@ -66,17 +66,15 @@ impl<'a, C: Coder> Tracer<'a, C> {
             editor: None,
             lattice: Lattice::new(size),
             step: Predictor::new(&Shape {
-                contexts: STEP_CONTEXTS,
                 experts: EXPERTS,
                 slots_log2,
-                sets: &step_rows,
+                sets: step_rows,
                 weight: 1500,
             }),
             branch: Predictor::new(&Shape {
-                contexts: BRANCH_CONTEXTS,
                 experts: 0,
                 slots_log2,
-                sets: &branch_rows,
+                sets: branch_rows,
                 weight: 6000,
             }),
             start: Predictor::new(&START_SHAPE),

@@ -121,6 +121,7 @@ impl Tracker {
     }
 
     /// Which side of the curve the middle of a pixel is on.
+    #[inline]
     pub fn side(&self, [x, y]: [i32; 2]) -> Side {
         let (along, left) = self.seen_from([f64::from(x) + 0.5, f64::from(y) + 0.5]);
         let half = 0.5 * along * along;
@@ -135,10 +136,10 @@ impl Tracker {
         Side { z: (left - self.curvature * half) / spread, along, spread }
     }
 
-    /// Learns that a pixel is to the left of the curve, or that it is not. Returns how likely that was, in
-    /// standard deviations.
-    pub fn learn(&mut self, normal: &Normal, pixel: [i32; 2], is_left: bool) -> f64 {
-        let Side { z, along, spread } = self.side(pixel);
+    /// Learns that a pixel is to the left of the curve, or that it is not: `side` is where it was believed to be.
+    /// Returns how likely that was, in standard deviations.
+    pub fn learn(&mut self, normal: &Normal, side: Side, is_left: bool) -> f64 {
+        let Side { z, along, spread } = side;
         let t = if is_left { z } else { -z };
         let (ratio, shrink) = normal.cut(t);
         let half = 0.5 * along * along;
@@ -277,9 +278,11 @@ impl Normal {
 /// What a table says for so many standard deviations.
 fn between(table: &[f64], t: f64) -> f64 {
     let place = ((t + REACH) * FINE).clamp(0.0, (table.len() - 2) as f64 + 0.999);
-    let i = place as usize;
-    let part = place - i as f64;
-    table[i] * (1.0 - part) + table[i + 1] * part
+    // Numbers of 32 bits turn into doubles and back in one instruction.
+    let i = place as i32;
+    let part = place - f64::from(i);
+    let [low, high] = [table[i as usize], table[i as usize + 1]];
+    low * (1.0 - part) + high * part
 }
 
 /// e^(−t²/2) / √2π.
@@ -332,7 +335,7 @@ mod tests {
                 let [left, right] = corner.pixels_ahead(d);
                 let sides = [left, right].map(|pixel| (tracker.side(pixel), is_inside(pixel)));
                 for (pixel, (_, is_left)) in [left, right].into_iter().zip(sides) {
-                    tracker.learn(&normal, pixel, is_left);
+                    tracker.learn(&normal, tracker.side(pixel), is_left);
                 }
                 d = match (sides[0].1, sides[1].1) {
                     (true, false) => d,
