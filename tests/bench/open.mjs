@@ -16,7 +16,9 @@ const ENOUGH = 4;
 export async function measureWeb(folder, glue, modules) {
   const load = async (name) => {
     const bound = await import(pathToFileURL(join(glue, `${name}.js`)));
-    await bound.default({ module_or_path: readFileSync(join(modules, `${name}_bg.wasm`)) });
+    const headers = { 'content-type': 'application/wasm' };
+    const module = new Response(readFileSync(join(modules, `${name}_bg.wasm`)), { headers });
+    await bound.default({ module_or_path: module });
     return bound;
   };
   standIn();
