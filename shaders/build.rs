@@ -22,7 +22,7 @@ fn main() {
 /// Writes each pass as `NAME.rs`: a module's constants with all that the back ends need.
 #[cfg(feature = "gpu")]
 fn write_shaders() -> Result<(), String> {
-    use translate::{PASSES, minify, shorten, translate, validate};
+    use translate::{PASSES, minify, shorten, shorten_values, translate, validate};
 
     /// GLSL is for WebGL2 alone.
     const WEB: &str = "#[cfg(target_arch = \"wasm32\")]\n";
@@ -37,8 +37,8 @@ fn write_shaders() -> Result<(), String> {
         // Validated as written, so that an error shows the line and its comment.
         validate(&wgsl)?;
         let wgsl = shorten(&minify(&wgsl), &[pass.vertex, pass.fragment]);
-        let (module, info) = validate(&wgsl)?;
-        let glsl = translate(pass, &module, &info)?;
+        let (module, _) = validate(&wgsl)?;
+        let glsl = translate(pass, &module)?;
         let constants = format!(
             "pub const WGSL: &str = {wgsl:?};\n\
              pub const VERTEX: &str = {:?};\n\
@@ -49,8 +49,8 @@ fn write_shaders() -> Result<(), String> {
              {WEB}pub const GLSL_TEXTURES: [&str; {}] = {:?};\n",
             pass.vertex,
             pass.fragment,
-            minify(&glsl.vertex),
-            minify(&glsl.fragment),
+            shorten_values(&minify(&glsl.vertex)),
+            shorten_values(&minify(&glsl.fragment)),
             glsl.uniforms,
             glsl.textures.len(),
             glsl.textures,

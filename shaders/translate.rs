@@ -2,6 +2,7 @@
 //! WebGL2 takes. Shared by the build script and by `tests/suite/shaders.rs`.
 
 use naga::back::glsl;
+use naga::compact::{KeepUnused, compact};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, GlobalVariable, Handle, Module, ShaderStage};
 use std::collections::{BTreeMap, BTreeSet};
@@ -96,6 +97,42 @@ pub fn shorten(wgsl: &str, keep: &[&str]) -> String {
     for name in keep {
         counts.remove(name);
     }
+    let short = short_names(counts, &tokens);
+    let renamed = |(i, token): (usize, &&'_ str)| match short.get(token) {
+        Some(name) if !is_fixed(i) => name.clone(),
+        _ => token.to_string(),
+    };
+    tokens.iter().enumerate().map(renamed).collect()
+}
+
+/// GLSL with a letter or two for each of the values that naga has numbered, and without the constants that it
+/// has put in their places.
+pub fn shorten_values(glsl: &str) -> String {
+    let all = tokens(glsl);
+    let is_used = |name: &str| all.iter().filter(|token| **token == name).count() > 1;
+    let constants = glsl.split_inclusive(';').filter(|part| {
+        let name = part.strip_prefix("const uint ").and_then(|rest| rest.split('=').next());
+        name.is_none_or(is_used)
+    });
+    let glsl: String = constants.collect();
+    let tokens = tokens(&glsl);
+    let is_value = |token: &str| {
+        token.strip_prefix("_e").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
+    };
+    let mut counts = BTreeMap::new();
+    for &token in tokens.iter().filter(|token| is_value(token)) {
+        *counts.entry(token).or_insert(0) += 1;
+    }
+    // Values of different functions may share a name, as they shared a number.
+    let short = short_names(counts, &tokens);
+    tokens.iter().map(|&token| short.get(token).map_or(token, String::as_str)).collect()
+}
+
+/// The shortest names that are free, for those that are used most.
+fn short_names<'a>(
+    counts: BTreeMap<&'a str, u32>,
+    tokens: &[&'a str],
+) -> BTreeMap<&'a str, String> {
     let mut often: Vec<(&str, u32)> = counts.into_iter().collect();
     often.sort_by_key(|&(name, count)| (std::cmp::Reverse(count), name));
     let taken: BTreeSet<&str> = tokens.iter().copied().collect();
@@ -104,12 +141,7 @@ pub fn shorten(wgsl: &str, keep: &[&str]) -> String {
     let reserved = ["as", "do", "if", "in", "is", "of", "or", "fn"];
     let free = letters().map(String::from).chain(pairs);
     let free = free.filter(|name| !taken.contains(&name[..]) && !reserved.contains(&&name[..]));
-    let short: BTreeMap<&str, String> = often.into_iter().map(|(name, _)| name).zip(free).collect();
-    let renamed = |(i, token): (usize, &&'_ str)| match short.get(token) {
-        Some(name) if !is_fixed(i) => name.clone(),
-        _ => token.to_string(),
-    };
-    tokens.iter().enumerate().map(renamed).collect()
+    often.into_iter().map(|(name, _)| name).zip(free).collect()
 }
 
 /// Names, numbers, and the single characters between them.
@@ -140,9 +172,9 @@ pub fn validate(wgsl: &str) -> Result<(Module, ModuleInfo), String> {
 }
 
 /// Translates both stages of a pass.
-pub fn translate(pass: &Pass, module: &Module, info: &ModuleInfo) -> Result<Glsl, String> {
-    let (vertex, _) = stage(module, info, ShaderStage::Vertex, pass.vertex)?;
-    let (fragment, names) = stage(module, info, ShaderStage::Fragment, pass.fragment)?;
+pub fn translate(pass: &Pass, module: &Module) -> Result<Glsl, String> {
+    let (vertex, ..) = stage(module, ShaderStage::Vertex, pass.vertex)?;
+    let (fragment, names, module) = stage(module, ShaderStage::Fragment, pass.fragment)?;
     let binding = |handle: Handle<GlobalVariable>| {
         module.global_variables[handle].binding.map_or(0, |b| b.binding)
     };
@@ -168,12 +200,18 @@ pub fn translate(pass: &Pass, module: &Module, info: &ModuleInfo) -> Result<Glsl
     }
 }
 
+/// One stage, with no more of the module than it needs: the text, what naga called things, and that part.
 fn stage(
     module: &Module,
-    info: &ModuleInfo,
     shader_stage: ShaderStage,
     entry_point: &str,
-) -> Result<(String, glsl::ReflectionInfo), String> {
+) -> Result<(String, glsl::ReflectionInfo, Module), String> {
+    let mut module = module.clone();
+    module.entry_points.retain(|entry| entry.name == entry_point);
+    compact(&mut module, KeepUnused::No);
+    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .map_err(|e| e.to_string())?;
     let options = glsl::Options {
         version: glsl::Version::Embedded { version: 300, is_webgl: true },
         // No flags: naga's flip of y and change of z would turn the picture over; the uniforms'
@@ -186,13 +224,13 @@ fn stage(
     let mut text = String::new();
     let names = glsl::Writer::new(
         &mut text,
-        module,
-        info,
+        &module,
+        &info,
         &options,
         &pipeline,
         naga::proc::BoundsCheckPolicies::default(),
     )
     .and_then(|mut writer| writer.write())
     .map_err(|e| format!("{entry_point}: {e}"))?;
-    Ok((text, names))
+    Ok((text, names, module))
 }

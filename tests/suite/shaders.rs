@@ -4,7 +4,7 @@
 #[path = "../../shaders/translate.rs"]
 mod translate;
 
-use translate::{PASSES, Pass, minify, shorten, translate, validate};
+use translate::{PASSES, Pass, minify, shorten, shorten_values, translate, validate};
 
 fn wgsl(pass: &Pass) -> String {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
@@ -18,9 +18,11 @@ fn every_pass_is_valid_and_translates_to_webgl2() {
         let short = shorten(&minified, &[pass.vertex, pass.fragment]);
         assert!(short.len() * 4 < minified.len() * 3, "{} of {}", short.len(), minified.len());
         for text in [wgsl(pass), minified, short] {
-            let (module, info) = validate(&text).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
-            let glsl = translate(pass, &module, &info).unwrap();
+            let (module, _) = validate(&text).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
+            let glsl = translate(pass, &module).unwrap();
             for stage in [&glsl.vertex, &glsl.fragment] {
+                let short = shorten_values(&minify(stage));
+                assert!(short.len() * 5 < stage.len() * 4, "{} of {}", short.len(), stage.len());
                 assert!(stage.starts_with("#version 300 es"), "{}: {stage}", pass.name);
             }
             for name in glsl.textures.iter().chain([&glsl.uniforms]) {
@@ -45,7 +47,7 @@ fn a_capability_that_webgl2_lacks_is_refused() {
     let storage = "@group(0) @binding(0) var<storage> words: array<u32>;\n\
                    @fragment fn paint() -> @location(0) vec4<f32> { return vec4(f32(words[0])); }";
     let pass = Pass { name: "storage", files: &[], vertex: "cover", fragment: "paint" };
-    let translated = validate(storage).map(|(module, info)| translate(&pass, &module, &info));
+    let translated = validate(storage).map(|(module, _)| translate(&pass, &module));
     assert!(!matches!(translated, Ok(Ok(_))), "storage buffers would pass unnoticed");
 }
 
