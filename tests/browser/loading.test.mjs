@@ -274,7 +274,7 @@ for (const backend of harness.BACKENDS) {
     const { page, uncaught, close } = await openLosable(backend);
     await page.evaluate(() => {
       const viewer = document.querySelector('istar-viewer');
-      viewer.styles = { all: { outline: { color: 'red' } }, regions: { 3: { color: 'teal' } } };
+      viewer.styles = { all: { opacity: 0.5 }, regions: { 3: { color: 'teal' } } };
     });
     await harness.zoomTo(page, 3018, 684, 8);
     const before = await harness.shot(page);

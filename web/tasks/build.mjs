@@ -40,7 +40,10 @@ async function buildWith(tool, options) {
   gallery(tool);
 }
 
-/** Rust puts the stack first: the lowest bytes are its far end, and no address is computed from there. */
+/**
+ * Rust puts the stack first: the lowest bytes are its far end, and no address is computed from there. What is small enough is put
+ * where it is called, and nothing larger: the same code twice is packed less well than a call.
+ */
 const SMALL = [
   '--gufa-optimizing',
   '--merge-similar-functions',
@@ -48,6 +51,9 @@ const SMALL = [
   '-Oz',
   '--converge',
   '--low-memory-unused',
+  '--always-inline-max-function-size=6',
+  '--flexible-inline-max-function-size=6',
+  '--one-caller-inline-max-function-size=20',
 ];
 
 /** target/web: the viewer's module, its glue and their types, from wasm-bindgen; dist/istar_bg.wasm: the same, smaller. */
