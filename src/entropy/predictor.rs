@@ -240,7 +240,7 @@ impl<const CONTEXTS: usize, const SETS: usize> Predictor<CONTEXTS, SETS> {
                 *kept = place ^ beside;
                 slot.slot()
             } else {
-                let beside = [pair[place % 2], pair[place % 2 ^ 1]].map(Word::slot);
+                let beside = [pair[place % 2], pair[(place % 2) ^ 1]].map(Word::slot);
                 beside.into_iter().find(|slot| slot.check == check).unwrap_or(Slot::new(check))
             };
             inputs[0] =

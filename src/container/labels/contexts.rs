@@ -191,7 +191,7 @@ fn missed(misses: [u8; CURVES]) -> [u8; CURVES] {
     let bits = u64::from_le_bytes(misses);
     let pairs = bits - (bits >> 1 & (0x55 * EACH));
     let fours = (pairs & (0x33 * EACH)) + (pairs >> 2 & (0x33 * EACH));
-    (fours + (fours >> 4) & (0x0f * EACH)).to_le_bytes()
+    ((fours + (fours >> 4)) & (0x0f * EACH)).to_le_bytes()
 }
 
 /// A number of standard deviations as a small number.

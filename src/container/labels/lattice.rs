@@ -117,7 +117,7 @@ impl Lattice {
                     let parts =
                         |beside: Option<&u32>| row.get(x).is_some_and(|n| Some(n) != beside);
                     let down = x > 0 && parts(row.get(x - 1));
-                    let own = u8::from(parts(above.get(x))) * RIGHT | u8::from(down) * DOWN;
+                    let own = (u8::from(parts(above.get(x))) * RIGHT) | (u8::from(down) * DOWN);
                     *mark &= own;
                 }
             }
