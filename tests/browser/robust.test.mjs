@@ -132,7 +132,16 @@ test('out of sight nothing is drawn but what is waited for', async () => {
   await open();
   await style('width: 480px; height: 360px; margin-bottom: 3000px');
   await page.evaluate(() => document.documentElement.classList.remove('full'));
-  await page.evaluate(() => scrollTo(0, 1500));
+  // The figure hears of it when others do.
+  await page.evaluate(() => {
+    scrollTo(0, 1500);
+    return new Promise((unseen) => {
+      const observer = new IntersectionObserver((entries) => {
+        if (!entries.at(-1).isIntersecting) unseen();
+      });
+      observer.observe(document.querySelector('istar-viewer'));
+    });
+  });
   await page.waitForTimeout(200);
   await frames();
   for (let i = 0; i < 5; i++) {

@@ -40,6 +40,8 @@ const steps = {
       {
         PATH: [at('.tools', 'bin'), at('node_modules', '.bin'), process.env.PATH].join(delimiter),
         CHROMEDRIVER: process.env.CHROMEDRIVER ?? '/usr/bin/chromedriver',
+        // These tests are small: what takes time is compiling.
+        CARGO_PROFILE_DEV_OPT_LEVEL: '1',
       },
     ),
   browser: () => {
