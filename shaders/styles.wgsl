@@ -82,16 +82,21 @@ fn fills(decoded: Decoded, screen: vec2<f32>) -> vec4<f32> {
 struct Outline {
     cover: f32,
     color: u32,
+    // Where several lie over each other the widest is seen.
+    rank: f32,
 }
 
-// With that of a region in which the place is `along` screen pixels deep, where it covers more.
+// With that of a region in which the place is `along` screen pixels deep, where that ranks higher.
 fn with_outline(outline: Outline, words: vec4<u32>, along: f32) -> Outline {
-    let width = f32(words.z & 2047u) / 16.0 * select(1.0, view.pattern.w, (words.z & 8192u) != 0u);
+    var width = f32(words.z & 2047u) / 16.0 * select(1.0, view.pattern.w, (words.z & 8192u) != 0u);
+    if (words.y >> 24u) == 0u {
+        width = 0.0;
+    }
     let outside = width * 0.5 * f32((words.z >> 11u) & 3u);
     let samples = f32(view.samples);
     let cover = beyond((along + outside) * samples) - beyond((along + outside - width) * samples);
-    if cover > outline.cover {
-        return Outline(cover, words.y);
+    if cover * width > outline.rank {
+        return Outline(cover, words.y, cover * width);
     }
     return outline;
 }
@@ -144,7 +149,7 @@ fn sample_color(screen: vec2<f32>) -> vec4<f32> {
     var sum = vec4(0.0);
     var own = 0u;
     var own_style = vec4(0u);
-    var outline = Outline(0.0, 0u);
+    var outline = Outline(0.0, 0u, 0.0);
     // Sub-samples look from many places.
     let width = select(view.reach, 0.0, view.samples > 1u);
     let level = u32(width > 3.0) + u32(width > 8.0);

@@ -283,12 +283,20 @@ pub(crate) mod read {
         beyond(depth / pixel, antialias)
     }
 
-    /// How much of a place an outline covers that is `along` screen pixels within its region.
-    pub fn outline(words: &[u32; 4], along: f64, scale: f64, samples: f64, antialias: bool) -> f64 {
+    /// How much of a place an outline covers that is `along` screen pixels within its region, and how wide it
+    /// is.
+    pub fn outline(
+        words: &[u32; 4],
+        along: f64,
+        scale: f64,
+        samples: f64,
+        antialias: bool,
+    ) -> (f64, f64) {
         let unit = if words[2] & SOURCE == 0 { 1.0 } else { scale };
         let [inside, outside] = extents(words).map(|extent| extent * unit);
-        beyond((along + outside) * samples, antialias)
-            - beyond((along - inside) * samples, antialias)
+        let cover = beyond((along + outside) * samples, antialias)
+            - beyond((along - inside) * samples, antialias);
+        (cover, inside + outside)
     }
 
     /// Whether two regions are of one group.
@@ -358,7 +366,7 @@ mod tests {
             let outline =
                 Outline { color: [255; 4], width: 4.0, unit: Unit::Screen, side, group: 0 };
             let words = Style { outline: Some(outline), ..Style::plain([0; 4]) }.words();
-            let covers = |along: f64| read::outline(&words, along, 1.0, 1.0, true);
+            let covers = |along: f64| read::outline(&words, along, 1.0, 1.0, true).0;
             assert_eq!(covers(0.5 * (from + to)), 1.0, "{side:?}");
             assert_eq!([covers(from), covers(to)], [0.5; 2], "{side:?}");
             assert_eq!([covers(from - 0.5), covers(to + 0.5)], [0.0; 2], "{side:?}");

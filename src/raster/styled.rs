@@ -85,7 +85,8 @@ impl Styled<'_> {
             return None;
         }
         let search = Search::new(reach, self.samples);
-        let mut best: Option<(f64, u32)> = None;
+        // Where several lie over each other the widest is seen.
+        let (mut best, mut rank) = (None, 0.0);
         for i in 0..search.rays {
             let angle = f64::from(i) * std::f64::consts::TAU / f64::from(search.rays);
             let ray = [angle.cos(), angle.sin()];
@@ -95,10 +96,10 @@ impl Styled<'_> {
                 continue;
             }
             for (words, along) in [(own, distance), (other, -distance)] {
-                let cover =
+                let (cover, width) =
                     read::outline(&words, along, self.view.source, self.samples, self.antialias);
-                if cover > best.map_or(0.0, |(cover, _)| cover) {
-                    best = Some((cover, words[1]));
+                if cover * width > rank {
+                    (best, rank) = (Some((cover, words[1])), cover * width);
                 }
             }
         }
