@@ -3,6 +3,9 @@
 //
 // Everything here stays inside WebGL2: tables are textures read with textureLoad, loops have
 // fixed bounds, powers of two are masked and shifted.
+//
+// Loops end with their condition, and nothing returns from within one: a GPU that runs several pixels in step,
+// as software does, would run all of the body once more for none of them.
 
 struct View {
     // Where the picture ends, in pixels of the viewport: left, top, right, lower.

@@ -117,7 +117,8 @@ fn rows(cut: vec3<f32>, x: vec4<f32>, y: vec4<f32>) -> vec4<f32> {
 // `between` parts the other two, positive towards the nearer.
 fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
     var shares = vec3(0.0);
-    for (var i = 0u; i < 4u; i++) {
+    var i = 0u;
+    loop {
         let x = vec4(-0.46875, -0.40625, -0.34375, -0.28125) + 0.25 * f32(i);
         let row = (2u * i + 1u - (i >> 1u)) & 3u;
         let y = vec4(0.03125, -0.46875, 0.28125, -0.21875) + 0.0625 * f32(row);
@@ -125,6 +126,10 @@ fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
             * step(vec4(0.0), rows(sides.next.cut, x, y));
         let near = (1.0 - own) * step(vec4(0.0), rows(between, x, y));
         shares += vec3(dot(own, vec4(0.0625)), dot(near, vec4(0.0625)), 0.0);
+        i++;
+        if i == 4u {
+            break;
+        }
     }
     shares.z = 1.0 - shares.x - shares.y;
     let regions = vec3(region, sides.near.region, sides.next.region);
@@ -152,19 +157,28 @@ fn decide_two(start: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
 // Each candidate after the first has a cut against the first, and differences of cuts part the
 // others: the winner is the candidate whose own is greatest.
 fn decide(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
-    let first = cut(start, u, per_cell);
+    let end = min(count, MAX_CANDIDATES);
     var winner = vec3(0.0);
-    var region = first.other;
-    var neighbours = first.flags >> 16u;
-    for (var i = 1u; i < MAX_CANDIDATES; i++) {
-        if i >= count {
-            break;
-        }
+    // Every cut tells of the first candidate.
+    var first = 0u;
+    var region = 0u;
+    var neighbours = 0u;
+    var i = 1u;
+    loop {
         let c = cut(start + i - 1u, u, per_cell);
+        if i == 1u {
+            first = c.other;
+            region = first;
+            neighbours = c.flags >> 16u;
+        }
         if c.at.x > winner.x {
             winner = c.at;
             region = c.region;
             neighbours = c.flags & 0xffffu;
+        }
+        i++;
+        if i >= end {
+            break;
         }
     }
     if (view.flags & (ANTIALIAS | OUTLINES)) == 0u {
@@ -172,15 +186,17 @@ fn decide(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
     }
     var sides = no_sides();
     if (neighbours & 1u) != 0u {
-        sides = with_side(sides, winner, first.other, 0u);
+        sides = with_side(sides, winner, first, 0u);
     }
-    for (var i = 1u; i < MAX_CANDIDATES; i++) {
-        if i >= count {
-            break;
-        }
+    i = 1u;
+    loop {
         if ((neighbours >> i) & 1u) != 0u {
             let c = cut(start + i - 1u, u, per_cell);
             sides = with_side(sides, winner - c.at, c.region, i);
+        }
+        i++;
+        if i >= end {
+            break;
         }
     }
     if sides.near.distance >= REACH || (view.flags & ANTIALIAS) == 0u {
@@ -208,44 +224,50 @@ fn cut_of_pair(start: u32, count: u32, i: u32, j: u32, u: vec2<f32>, per_cell: f
 
 // Where a list has planes of its own: the winner is the candidate whose least p_ij is greatest.
 fn decide_by_pairs(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
+    let end = min(count, MAX_CANDIDATES);
     var winner = 0u;
     var region = 0u;
     var deepest = -FAR;
-    for (var i = 0u; i < MAX_CANDIDATES; i++) {
-        if i >= count {
+    // All pairs in one loop.
+    var i = 0u;
+    var j = 1u;
+    var depth = FAR;
+    loop {
+        let c = cut_of_pair(start, count, i, j, u, per_cell);
+        depth = min(depth, select(c.at.x, FAR, (c.flags & NOTHING) != 0u));
+        j++;
+        if j == i {
+            j++;
+        }
+        if j >= end || depth <= deepest {
+            if depth > deepest {
+                winner = i;
+                region = c.region;
+                deepest = depth;
+            }
+            i++;
+            j = 0u;
+            depth = FAR;
+        }
+        if i >= end {
             break;
-        }
-        var depth = FAR;
-        var own = 0u;
-        for (var j = 0u; j < MAX_CANDIDATES; j++) {
-            if j >= count || depth <= deepest {
-                break;
-            }
-            if j != i {
-                let c = cut_of_pair(start, count, i, j, u, per_cell);
-                own = c.region;
-                depth = min(depth, select(c.at.x, FAR, (c.flags & NOTHING) != 0u));
-            }
-        }
-        if depth > deepest {
-            winner = i;
-            region = own;
-            deepest = depth;
         }
     }
     if (view.flags & (ANTIALIAS | OUTLINES)) == 0u {
         return solid(region);
     }
     var sides = no_sides();
-    for (var j = 0u; j < MAX_CANDIDATES; j++) {
-        if j >= count {
-            break;
-        }
+    j = 0u;
+    loop {
         if j != winner {
             let c = cut_of_pair(start, count, winner, j, u, per_cell);
             if (c.flags & PART) != 0u {
                 sides = with_side(sides, c.at, c.other, j);
             }
+        }
+        j++;
+        if j >= end {
+            break;
         }
     }
     if sides.near.distance >= REACH || (view.flags & ANTIALIAS) == 0u {

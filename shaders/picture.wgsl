@@ -12,15 +12,15 @@ fn paint(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let middle = vec2(position.x, position.y * view.y_axis.x + view.y_axis.y);
     var sum = vec4(0.0);
     let samples = f32(view.samples);
-    for (var j = 0u; j < MAX_SAMPLES; j++) {
-        if j >= view.samples {
-            break;
+    var at = vec2(0.5);
+    loop {
+        sum += sample_color(middle - 0.5 + at / samples);
+        at.x += 1.0;
+        if at.x > samples {
+            at = vec2(0.5, at.y + 1.0);
         }
-        for (var i = 0u; i < MAX_SAMPLES; i++) {
-            if i >= view.samples {
-                break;
-            }
-            sum += sample_color(middle - 0.5 + (vec2(f32(i), f32(j)) + 0.5) / samples);
+        if at.y > min(samples, f32(MAX_SAMPLES)) {
+            break;
         }
     }
     sum = sum / (samples * samples);

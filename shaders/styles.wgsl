@@ -68,11 +68,16 @@ fn fill(region: u32, screen: vec2<f32>) -> vec4<f32> {
 
 // What covers a pixel, premultiplied.
 fn fills(decoded: Decoded, screen: vec2<f32>) -> vec4<f32> {
-    var sum = fill(decoded.regions.x, screen);
-    if decoded.shares.x < 1.0 {
-        sum = decoded.shares.x * sum + decoded.shares.y * fill(decoded.regions.y, screen);
-        if decoded.shares.z > 0.0 {
-            sum += decoded.shares.z * fill(decoded.regions.z, screen);
+    var sum = vec4(0.0);
+    // What is left: it takes no more than three regions.
+    var regions = decoded.regions;
+    var shares = decoded.shares;
+    loop {
+        sum += shares.x * fill(regions.x, screen);
+        regions = regions.yzz;
+        shares = vec3(shares.yz, 0.0);
+        if shares.x + shares.y <= 0.0 {
+            break;
         }
     }
     return sum;
@@ -154,11 +159,12 @@ fn sample_color(screen: vec2<f32>) -> vec4<f32> {
     let width = select(view.reach, 0.0, view.samples > 1u);
     let level = u32(width > 3.0) + u32(width > 8.0);
     // The cosine and the sine of the angle between two rays, and the cosine of half of it.
-    let turn = array(
-        vec3(0.70710678, 0.70710678, 0.92387953),
-        vec3(0.92387953, 0.38268343, 0.98078528),
-        vec3(0.98078528, 0.19509032, 0.99518473),
-    )[level];
+    var turn = vec3(0.70710678, 0.70710678, 0.92387953);
+    if level == 1u {
+        turn = vec3(0.92387953, 0.38268343, 0.98078528);
+    } else if level == 2u {
+        turn = vec3(0.98078528, 0.19509032, 0.99518473);
+    }
     var left = MAX_RAYS >> (2u - level);
     // A little further, so that one of them gets across a boundary that is just within reach.
     let reach = view.reach / turn.z + 0.5;
@@ -166,46 +172,46 @@ fn sample_color(screen: vec2<f32>) -> vec4<f32> {
     var ray = Ray(vec2(1.0, 0.0), 0.0, 0.0, solid(0u));
     var along = 0.0;
     var halvings = 0u;
-    for (var look = 0u; look <= MAX_RAYS * (MAX_STEPS + HALVINGS); look++) {
+    var look = 0u;
+    var is_done = false;
+    loop {
         let there = decode_at(screen + along * ray.towards);
         if look == 0u {
             sum = fills(there, screen);
-            if (view.flags & OUTLINES) == 0u {
-                return sum;
-            }
+            is_done = (view.flags & OUTLINES) == 0u;
             own = there.regions.x;
             own_style = style(own);
             along = stride;
-            continue;
-        }
-        if there.regions.x == own {
-            ray.inner = along;
         } else {
-            ray.outer = along;
-            ray.there = there;
+            if there.regions.x == own {
+                ray.inner = along;
+            } else {
+                ray.outer = along;
+                ray.there = there;
+            }
+            if ray.outer > 0.0 && halvings < HALVINGS {
+                halvings++;
+                along = 0.5 * (ray.inner + ray.outer);
+            } else if ray.outer == 0.0 && along < 0.99 * reach {
+                along += stride;
+            } else {
+                if ray.outer > 0.0 {
+                    outline = with_crossed(outline, ray, own, own_style, turn.z);
+                }
+                left--;
+                is_done = left == 0u;
+                let towards = ray.towards;
+                ray.towards = towards * turn.x + vec2(-towards.y, towards.x) * turn.y;
+                ray.inner = 0.0;
+                ray.outer = 0.0;
+                halvings = 0u;
+                along = stride;
+            }
         }
-        if ray.outer > 0.0 && halvings < HALVINGS {
-            halvings++;
-            along = 0.5 * (ray.inner + ray.outer);
-            continue;
-        }
-        if ray.outer == 0.0 && along < 0.99 * reach {
-            along += stride;
-            continue;
-        }
-        if ray.outer > 0.0 {
-            outline = with_crossed(outline, ray, own, own_style, turn.z);
-        }
-        left--;
-        if left == 0u {
+        look++;
+        if is_done || look > MAX_RAYS * (MAX_STEPS + HALVINGS) {
             break;
         }
-        let towards = ray.towards;
-        ray.towards = towards * turn.x + vec2(-towards.y, towards.x) * turn.y;
-        ray.inner = 0.0;
-        ray.outer = 0.0;
-        halvings = 0u;
-        along = stride;
     }
     let color = bytes(outline.color);
     let cover = outline.cover * color.a;

@@ -1,10 +1,9 @@
 // Without a GPU a worker draws, tile by tile, what a GPU would.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
@@ -13,25 +12,14 @@ const SIZE = { width: 480, height: 360 };
 const CHANNEL_TOLERANCE = 3;
 const DIFFERING_SHARE = 0.001;
 
-let server;
-let browser;
-let folder;
-before(async () => {
-  folder = mkdtempSync(join(tmpdir(), 'istar-'));
-  const [crop, tiles] = [at('tests', 'fixtures', 'crop.png'), join(folder, 'tiles.istar')];
-  execFileSync(cli, ['encode', crop, '-o', tiles, '--tile-size', '64'], { stdio: 'ignore' });
-  execFileSync(cli, ['encode', crop, '-o', join(folder, 'labels.istar'), '--lossless'], { stdio: 'ignore' });
-  server = await harness.serve();
-  browser = await harness.launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.stop();
-  rmSync(folder, { recursive: true });
-});
+const run = harness.session();
+const folder = harness.temporaryFolder();
+const [crop, tiles] = [at('tests', 'fixtures', 'crop.png'), join(folder, 'tiles.istar')];
+execFileSync(cli, ['encode', crop, '-o', tiles, '--tile-size', '64'], { stdio: 'ignore' });
+execFileSync(cli, ['encode', crop, '-o', join(folder, 'labels.istar'), '--lossless'], { stdio: 'ignore' });
 
 async function newPage(options) {
-  const tab = await harness.newPage(browser, { viewport: SIZE, reducedMotion: 'reduce', ...options });
+  const tab = await harness.newPage(run.browser, { viewport: SIZE, reducedMotion: 'reduce', ...options });
   const asked = [];
   tab.page.context().on('request', (request) => {
     if (/cpu|painter|encoder/.test(request.url())) asked.push(request.url().split('/').at(-1));
@@ -81,8 +69,8 @@ const VIEWS = {
 for (const [src, views] of Object.entries(VIEWS)) {
   test(`${src}: a worker and WebGL2 draw the same`, async () => {
     const [gpu, cpu] = [await newPage(), await newPage()];
-    await harness.openViewer(gpu.page, server.url, { src, backend: 'webgl2' });
-    await harness.openViewer(cpu.page, server.url, { src, backend: 'cpu' });
+    await harness.openViewer(gpu.page, run.server.url, { src, backend: 'webgl2' });
+    await harness.openViewer(cpu.page, run.server.url, { src, backend: 'cpu' });
     assert.deepEqual([await backend(gpu.page), await backend(cpu.page)], ['webgl2', 'cpu']);
     assert.equal(await cpu.page.locator('istar-viewer .backend').textContent(), 'CPU');
     assert.deepEqual(await harness.place(cpu.page), await harness.place(gpu.page));
@@ -106,7 +94,7 @@ for (const [src, views] of Object.entries(VIEWS)) {
 test('without any GPU a worker draws', async () => {
   const { page, uncaught, asked, close } = await newPage();
   await withoutGpu(page);
-  await harness.openViewer(page, server.url, { backend: 'auto' });
+  await harness.openViewer(page, run.server.url, { backend: 'auto' });
   assert.equal(await backend(page), 'cpu');
   assert.deepEqual(asked.sort(), ['istar-cpu.js', 'istar-painter.js', 'istar_encoder_bg.wasm']);
   await harness.zoomTo(page, 3018.4, 684.3, 30);
@@ -122,7 +110,7 @@ test('without any GPU a worker draws', async () => {
 
 test('a drag is followed to its end, however many frames it takes', async () => {
   const { page, uncaught, close } = await newPage();
-  await harness.openViewer(page, server.url, { backend: 'cpu' });
+  await harness.openViewer(page, run.server.url, { backend: 'cpu' });
   await harness.zoomTo(page, 3000, 1400, 2);
   await page.mouse.move(100, 150);
   await page.mouse.down();
@@ -143,7 +131,7 @@ test('two figures share one worker, and a new size is drawn', async () => {
   const { page, uncaught, close } = await newPage({ viewport: { width: 900, height: 700 } });
   const workers = [];
   page.on('worker', (worker) => workers.push(worker));
-  await page.goto(`${server.url}?backend=cpu`);
+  await page.goto(`${run.server.url}?backend=cpu`);
   await page.waitForFunction(() => window.seen.filter(({ name }) => name === 'load').length === 2);
   assert.equal(workers.length, 1);
   const width = () =>
@@ -176,7 +164,7 @@ test('a worker that ends is replaced, once', async () => {
       }
     };
   });
-  await harness.openViewer(page, server.url, { backend: 'cpu' });
+  await harness.openViewer(page, run.server.url, { backend: 'cpu' });
   await harness.zoomTo(page, 3018, 684, 8);
   const before = await harness.shot(page);
   // What a worker says whose memory ran out.
@@ -198,7 +186,7 @@ test('a viewer without its painter says what is wrong with the GPU', async () =>
   const { page, uncaught, close } = await newPage();
   await withoutGpu(page);
   await page.route('**/istar-cpu.js', (route) => route.fulfill({ status: 404 }));
-  await page.goto(`${server.url}view.html?src=gallery/map.istar`);
+  await page.goto(`${run.server.url}view.html?src=gallery/map.istar`);
   const { kind, message } = await harness.event(page, 'error');
   assert.deepEqual([kind, message], ['gpu', 'this browser has no WebGL2']);
   assert.deepEqual(uncaught, []);

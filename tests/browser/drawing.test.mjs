@@ -1,6 +1,6 @@
 // Both back ends draw what the CPU draws, at every depth.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { at } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
@@ -18,22 +18,13 @@ const PICTURES = {
   emblem: { x: 2972, y: 1420 },
 };
 
-let server;
-let browser;
-before(async () => {
-  server = await harness.serve();
-  browser = await harness.launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.stop();
-});
+const run = harness.session();
 
 for (const backend of harness.BACKENDS) {
   for (const [name, middle] of Object.entries(PICTURES)) {
     test(`${name} with ${backend} looks like the oracle`, async (t) => {
-      const { page, uncaught, close } = await harness.newPage(browser, { viewport: SIZE });
-      await harness.openViewer(page, server.url, { src: `gallery/${name}.istar`, backend });
+      const { page, uncaught, close } = await harness.newPage(run.browser, { viewport: SIZE });
+      await harness.openViewer(page, run.server.url, { src: `gallery/${name}.istar`, backend });
       assert.equal(await page.evaluate(() => document.querySelector('istar-viewer').backend), backend);
 
       await t.test('all of it', () => matches(page, `${name}-${backend}-fit`, name));

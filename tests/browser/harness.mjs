@@ -1,9 +1,11 @@
 // What the browser tests share: the server under test, Chromium, and pictures compared pixel by pixel.
 import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
+import { after, before } from 'node:test';
 import { chromium } from 'playwright-core';
 import { PNG } from 'pngjs';
 import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
@@ -40,6 +42,45 @@ export function launch() {
       '--enable-unsafe-swiftshader',
     ],
   });
+}
+
+/** The server of the pages and a browser, for all tests of a file: `server` and `browser` once these run. */
+export function session() {
+  const session = {};
+  before(async () => {
+    session.server = await serve();
+    session.browser = await launch();
+  });
+  after(async () => {
+    await session.browser?.close();
+    session.server?.stop();
+  });
+  return session;
+}
+
+/** A server of files that tests make up, of another origin than the pages: `base` is its address once tests run. */
+export function serveFiles(answer) {
+  const files = {};
+  const server = createServer((request, response) => {
+    response.setHeader('access-control-allow-origin', '*');
+    answer(request, response);
+  });
+  before(async () => {
+    await new Promise((ready) => server.listen(0, '127.0.0.1', ready));
+    files.base = `http://127.0.0.1:${server.address().port}/`;
+  });
+  after(() => {
+    server.closeAllConnections();
+    server.close();
+  });
+  return files;
+}
+
+/** A folder that is there as long as tests of a file run. */
+export function temporaryFolder() {
+  const folder = mkdtempSync(join(tmpdir(), 'istar-'));
+  after(() => rmSync(folder, { recursive: true }));
+  return folder;
 }
 
 /** A page that keeps a record: `uncaught` holds what nobody caught, and window.seen the figure's events in order. */

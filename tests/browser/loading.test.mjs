@@ -1,8 +1,7 @@
 // What people see while a picture loads and when it cannot be shown.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { createServer } from 'node:http';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { at } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
@@ -30,36 +29,19 @@ const FAULTS = {
   },
 };
 
-let server;
-let browser;
-let faulty;
-let base;
+const run = harness.session();
 const mended = new Set();
-before(async () => {
-  server = await harness.serve();
-  browser = await harness.launch();
-  faulty = createServer((request, response) => {
-    // The pages come from the other server.
-    response.setHeader('access-control-allow-origin', '*');
-    const name = request.url.slice(1);
-    if (mended.has(name)) response.end(picture());
-    else FAULTS[name.replace(/-once$/, '')](response, picture());
-  });
-  await new Promise((ready) => faulty.listen(0, '127.0.0.1', ready));
-  base = `http://127.0.0.1:${faulty.address().port}/`;
-});
-after(async () => {
-  await browser?.close();
-  server?.stop();
-  faulty?.closeAllConnections();
-  faulty?.close();
+const files = harness.serveFiles((request, response) => {
+  const name = request.url.slice(1);
+  if (mended.has(name)) response.end(picture());
+  else FAULTS[name.replace(/-once$/, '')](response, picture());
 });
 
 const alertOf = (page) => page.locator('istar-viewer [role=alert]');
 
 async function open(src, options) {
-  const opened = await harness.newPage(browser, options);
-  await opened.page.goto(`${server.url}view.html?backend=webgl2&src=${encodeURIComponent(src)}`);
+  const opened = await harness.newPage(run.browser, options);
+  await opened.page.goto(`${run.server.url}view.html?backend=webgl2&src=${encodeURIComponent(src)}`);
   return opened;
 }
 
@@ -73,7 +55,7 @@ const failures = [
 ];
 for (const [name, kind, text] of failures) {
   test(`${name}: says so, and retry works`, async () => {
-    const { page, uncaught, close } = await open(`${base}${name}-once`);
+    const { page, uncaught, close } = await open(`${files.base}${name}-once`);
     const detail = await harness.event(page, 'error');
     assert.equal(detail.kind, kind);
     assert.match(detail.message, text);
@@ -94,7 +76,7 @@ test('progress is shown, with a share where the length is known', async () => {
     ['slow', picture().length],
     ['slow-chunked', undefined],
   ]) {
-    const { page, close } = await open(base + name);
+    const { page, close } = await open(files.base + name);
     const first = await harness.event(page, 'progress');
     assert.equal(first.total, total);
     assert.ok(first.loaded > 0 && first.loaded < picture().length);
@@ -108,7 +90,7 @@ test('progress is shown, with a share where the length is known', async () => {
 });
 
 test('a new src ends the old load, without an error', async () => {
-  const { page, uncaught, close } = await open(`${base}slow`);
+  const { page, uncaught, close } = await open(`${files.base}slow`);
   await harness.event(page, 'progress');
   await page.evaluate((src) => {
     document.querySelector('istar-viewer').src = src;
@@ -143,8 +125,8 @@ test('a removed figure stops, a moved one keeps its picture', async () => {
 });
 
 test('an image inside stands in until the first frame', async () => {
-  const { page, close } = await harness.newPage(browser);
-  await page.goto(`${server.url}view.html?backend=webgl2&src=${encodeURIComponent(`${base}slow`)}`);
+  const { page, close } = await harness.newPage(run.browser);
+  await page.goto(`${run.server.url}view.html?backend=webgl2&src=${encodeURIComponent(`${files.base}slow`)}`);
   const dot = 'data:image/gif;base64,R0lGODlhAQABAIAAAAAAAP///yH5BAEAAAAALAAAAAABAAEAAAIBRAA7';
   await page.evaluate((src) => {
     document.querySelector('istar-viewer').innerHTML = `<img src="${src}" alt="A stand-in">`;
@@ -157,7 +139,7 @@ test('an image inside stands in until the first frame', async () => {
 });
 
 test('works under a strict content security policy', async () => {
-  const { page, uncaught, close } = await harness.newPage(browser);
+  const { page, uncaught, close } = await harness.newPage(run.browser);
   await page.route('**/view.html*', async (route) => {
     const response = await route.fetch();
     const policy = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; img-src data:";
@@ -168,7 +150,7 @@ test('works under a strict content security policy', async () => {
     'console',
     (message) => message.text().includes('Content Security Policy') && refused.push(message.text()),
   );
-  await harness.openViewer(page, server.url);
+  await harness.openViewer(page, run.server.url);
   assert.deepEqual(refused, []);
   assert.deepEqual(uncaught, []);
   await close();
@@ -176,10 +158,10 @@ test('works under a strict content security policy', async () => {
 
 for (const backend of harness.BACKENDS) {
   test(`the gallery page shows both pictures with ${backend}`, async () => {
-    const { page, uncaught, close } = await harness.newPage(browser, {
+    const { page, uncaught, close } = await harness.newPage(run.browser, {
       viewport: { width: 1000, height: 700 },
     });
-    await page.goto(`${server.url}?backend=${backend}`);
+    await page.goto(`${run.server.url}?backend=${backend}`);
     await page.waitForFunction(() => window.seen.filter(({ name }) => name === 'load').length === 2);
     const shown = await page.evaluate(() =>
       [...document.querySelectorAll('istar-viewer')].map((viewer) => viewer.backend),
@@ -191,23 +173,23 @@ for (const backend of harness.BACKENDS) {
 }
 
 test('without WebGPU, WebGL2 draws', async () => {
-  const { page, uncaught, close } = await harness.newPage(browser);
+  const { page, uncaught, close } = await harness.newPage(run.browser);
   await page.addInitScript(() => {
     delete Navigator.prototype.gpu;
   });
-  await harness.openViewer(page, server.url, { backend: 'auto' });
+  await harness.openViewer(page, run.server.url, { backend: 'auto' });
   assert.equal(await page.evaluate(() => document.querySelector('istar-viewer').backend), 'webgl2');
   assert.deepEqual(uncaught, []);
   await close();
 });
 
 test('without the GPU that is asked for it says so', async () => {
-  const { page, uncaught, close } = await harness.newPage(browser);
+  const { page, uncaught, close } = await harness.newPage(run.browser);
   await page.addInitScript(() => {
     delete Navigator.prototype.gpu;
     OffscreenCanvas.prototype.getContext = () => null;
   });
-  await page.goto(`${server.url}view.html?backend=webgl2&src=gallery/map.istar`);
+  await page.goto(`${run.server.url}view.html?backend=webgl2&src=gallery/map.istar`);
   const detail = await harness.event(page, 'error');
   assert.equal(detail.kind, 'gpu');
   await alertOf(page).getByText(detail.message).waitFor();
@@ -216,9 +198,9 @@ test('without the GPU that is asked for it says so', async () => {
 });
 
 test('a viewer that lost its own file on the way says so, and retry works', async () => {
-  const { page, uncaught, close } = await harness.newPage(browser);
+  const { page, uncaught, close } = await harness.newPage(run.browser);
   await page.route('**/istar_bg.wasm', (route) => route.fulfill({ status: 503 }), { times: 1 });
-  await page.goto(`${server.url}view.html?src=gallery/map.istar`);
+  await page.goto(`${run.server.url}view.html?src=gallery/map.istar`);
   assert.equal((await harness.event(page, 'error')).kind, 'http');
   await page.getByRole('button', { name: 'Retry' }).click();
   await harness.event(page, 'load');
@@ -228,7 +210,7 @@ test('a viewer that lost its own file on the way says so, and retry works', asyn
 
 /** A page whose devices can be lost, by `lose()`, and denied, by `denied = true`. */
 async function openLosable(backend) {
-  const opened = await harness.newPage(browser);
+  const opened = await harness.newPage(run.browser);
   await opened.page.addInitScript(() => {
     window.taken = 0;
     const getContext = OffscreenCanvas.prototype.getContext;
@@ -250,7 +232,7 @@ async function openLosable(backend) {
       return device;
     };
   });
-  await harness.openViewer(opened.page, server.url, { backend });
+  await harness.openViewer(opened.page, run.server.url, { backend });
   return opened;
 }
 

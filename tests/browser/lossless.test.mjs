@@ -1,11 +1,9 @@
 // Files without loss: a worker fetches the encoder and fits texels before anything is drawn.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { createServer } from 'node:http';
-import { tmpdir } from 'node:os';
+import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
@@ -14,54 +12,34 @@ const SIZE = { width: 480, height: 360 };
 const CHANNEL_TOLERANCE = 2;
 const DIFFERING_SHARE = 0.001;
 
-let server;
-let browser;
-let files;
-let base;
-let folder;
-before(async () => {
-  folder = mkdtempSync(join(tmpdir(), 'istar-'));
-  const file = join(folder, 'crop.istar');
-  execFileSync(cli, ['encode', at('tests', 'fixtures', 'crop.png'), '-o', file, '--lossless']);
-  server = await harness.serve();
-  browser = await harness.launch();
-  files = createServer((request, response) => {
-    // The pages come from the other server.
-    response.setHeader('access-control-allow-origin', '*');
-    const bytes = readFileSync(file);
-    // Its labels are at the end.
-    if (request.url.startsWith('/damaged')) bytes[bytes.length - 9] ^= 1;
-    response.end(bytes);
-  });
-  await new Promise((ready) => files.listen(0, '127.0.0.1', ready));
-  base = `http://127.0.0.1:${files.address().port}/`;
-});
-after(async () => {
-  await browser?.close();
-  server?.stop();
-  files?.closeAllConnections();
-  files?.close();
-  rmSync(folder, { recursive: true });
+const run = harness.session();
+const file = join(harness.temporaryFolder(), 'crop.istar');
+execFileSync(cli, ['encode', at('tests', 'fixtures', 'crop.png'), '-o', file, '--lossless']);
+const files = harness.serveFiles((request, response) => {
+  const bytes = readFileSync(file);
+  // Its labels are at the end.
+  if (request.url.startsWith('/damaged')) bytes[bytes.length - 9] ^= 1;
+  response.end(bytes);
 });
 
 /** Opens the full-window page and notes which files of the encoder it asks for. */
 async function opened(src, backend) {
-  const tab = await harness.newPage(browser, { viewport: SIZE });
+  const tab = await harness.newPage(run.browser, { viewport: SIZE });
   const asked = [];
   tab.page.context().on('request', (request) => {
     if (/fitter|encoder/.test(request.url())) asked.push(request.url().split('/').at(-1));
   });
-  await tab.page.goto(`${server.url}view.html?backend=${backend}&src=${encodeURIComponent(src)}`);
+  await tab.page.goto(`${run.server.url}view.html?backend=${backend}&src=${encodeURIComponent(src)}`);
   return { ...tab, asked };
 }
 
 for (const backend of harness.BACKENDS) {
   test(`a file without loss with ${backend} looks like the oracle`, async () => {
-    const { page, uncaught, close } = await opened(`${base}crop.istar`, backend);
+    const { page, uncaught, close } = await opened(`${files.base}crop.istar`, backend);
     await harness.event(page, 'load');
     const place = await harness.place(page);
     const actual = await harness.shot(page);
-    const expected = harness.oracle(join(folder, 'crop.istar'), place, SIZE);
+    const expected = harness.oracle(file, place, SIZE);
     assert.ok(harness.colors(expected) > 1 && harness.colors(actual) > 1, 'a single colour');
     const { share, picture } = harness.difference(actual, expected, CHANNEL_TOLERANCE);
     if (share > DIFFERING_SHARE) {
@@ -74,11 +52,11 @@ for (const backend of harness.BACKENDS) {
 }
 
 test('a damaged file without loss is told, and the next one is shown', async () => {
-  const { page, uncaught, close } = await opened(`${base}damaged.istar`, 'webgl2');
+  const { page, uncaught, close } = await opened(`${files.base}damaged.istar`, 'webgl2');
   assert.equal((await harness.event(page, 'error')).kind, 'malformed');
   await page.evaluate((src) => {
     document.querySelector('istar-viewer').src = src;
-  }, `${base}crop.istar`);
+  }, `${files.base}crop.istar`);
   await harness.event(page, 'load');
   assert.deepEqual(uncaught, []);
   await close();
@@ -91,7 +69,7 @@ test('the encoder is fetched only for files without loss', async () => {
   await page.evaluate((src) => {
     window.seen = [];
     document.querySelector('istar-viewer').src = src;
-  }, `${base}crop.istar`);
+  }, `${files.base}crop.istar`);
   await harness.event(page, 'load');
   assert.deepEqual(asked.sort(), ['istar-fitter.js', 'istar_encoder_bg.wasm']);
   await close();
@@ -111,7 +89,7 @@ test('a figure that goes while texels are fitted ends its worker, and the next o
     const figure = document.createElement('istar-viewer');
     figure.src = src;
     document.body.append(figure);
-  }, `${base}crop.istar`);
+  }, `${files.base}crop.istar`);
   const ended = (await started).waitForEvent('close');
   await page.evaluate(() => document.querySelectorAll('istar-viewer')[1].remove());
   await ended;
@@ -119,7 +97,7 @@ test('a figure that goes while texels are fitted ends its worker, and the next o
   await page.evaluate((src) => {
     window.seen = [];
     document.querySelector('istar-viewer').src = src;
-  }, `${base}crop.istar`);
+  }, `${files.base}crop.istar`);
   await harness.event(page, 'load');
   assert.deepEqual(uncaught, []);
   await close();

@@ -1,10 +1,7 @@
 // What a figure takes on the GPU and in the module stays the same, however far the view is dragged.
 import assert from 'node:assert/strict';
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { createServer } from 'node:http';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { readFileSync } from 'node:fs';
+import { test } from 'node:test';
 import * as harness from './harness.mjs';
 import { encodedQuilt, huge } from './pictures.mjs';
 
@@ -24,32 +21,13 @@ const MOST_GROWN = 3 * MIB;
 const MOST_TO_WARM = 80;
 const DRAG_MS = 10_000;
 
-let folder;
-let server;
-let browser;
-let files;
-let base;
-before(async () => {
-  folder = mkdtempSync(join(tmpdir(), 'istar-'));
-  const picture = huge(readFileSync(encodedQuilt(folder, 'small', [1024, 1024])));
-  server = await harness.serve();
-  browser = await harness.launch();
-  files = createServer((request, response) => {
-    response.setHeader('access-control-allow-origin', '*');
-    const [, from, to] = /bytes=(\d+)-(\d+)/.exec(request.headers.range).map(Number);
-    const end = Math.min(to + 1, picture.length);
-    response.writeHead(206, { 'content-range': `bytes ${from}-${end - 1}/${picture.length}` });
-    response.end(picture.slice(from, end));
-  });
-  await new Promise((ready) => files.listen(0, '127.0.0.1', ready));
-  base = `http://127.0.0.1:${files.address().port}/`;
-});
-after(async () => {
-  await browser?.close();
-  server?.stop();
-  files?.closeAllConnections();
-  files?.close();
-  rmSync(folder, { recursive: true });
+const run = harness.session();
+const picture = huge(readFileSync(encodedQuilt(harness.temporaryFolder(), 'small', [1024, 1024])));
+const files = harness.serveFiles((request, response) => {
+  const [, from, to] = /bytes=(\d+)-(\d+)/.exec(request.headers.range).map(Number);
+  const end = Math.min(to + 1, picture.length);
+  response.writeHead(206, { 'content-range': `bytes ${from}-${end - 1}/${picture.length}` });
+  response.end(picture.slice(from, end));
 });
 
 /** Counts the textures that there are and their bytes, and looks into the module's memory: `window.held()`. */
@@ -98,13 +76,13 @@ function count(gigabytes) {
 
 for (const backend of harness.BACKENDS) {
   test(`memory is flat while a large picture is dragged, with ${backend}`, { timeout: 180_000 }, async () => {
-    const { page, uncaught, close } = await harness.newPage(browser, {
+    const { page, uncaught, close } = await harness.newPage(run.browser, {
       viewport: VIEWPORT,
       reducedMotion: 'reduce',
     });
     await page.addInitScript(count, GIGABYTES);
     await page.goto(
-      `${server.url}view.html?backend=${backend}&src=${encodeURIComponent(`${base}huge.istar`)}`,
+      `${run.server.url}view.html?backend=${backend}&src=${encodeURIComponent(`${files.base}huge.istar`)}`,
     );
     await harness.event(page, 'load');
     const held = () => page.evaluate(() => window.held());

@@ -1,24 +1,18 @@
 // Pointer, wheel, touch and keys move the view; the readout and the events follow. No matter which back end draws.
 import assert from 'node:assert/strict';
-import { after, afterEach, before, beforeEach, test } from 'node:test';
+import { afterEach, beforeEach, test } from 'node:test';
 import * as harness from './harness.mjs';
 
-let server;
-let browser;
+const run = harness.session();
 let page;
 let uncaught;
 let close;
-before(async () => {
-  server = await harness.serve();
-  browser = await harness.launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.stop();
-});
 beforeEach(async () => {
-  ({ page, uncaught, close } = await harness.newPage(browser, { hasTouch: true, reducedMotion: 'reduce' }));
-  await harness.openViewer(page, server.url);
+  ({ page, uncaught, close } = await harness.newPage(run.browser, {
+    hasTouch: true,
+    reducedMotion: 'reduce',
+  }));
+  await harness.openViewer(page, run.server.url);
 });
 afterEach(async () => {
   assert.deepEqual(uncaught, []);
@@ -239,8 +233,8 @@ test('the view stays whole when the window changes, and a hidden figure comes ba
 });
 
 test('a dense screen gets all of its pixels, and scales stay in CSS pixels', async () => {
-  const dense = await harness.newPage(browser, { deviceScaleFactor: 2, reducedMotion: 'reduce' });
-  await harness.openViewer(dense.page, server.url);
+  const dense = await harness.newPage(run.browser, { deviceScaleFactor: 2, reducedMotion: 'reduce' });
+  await harness.openViewer(dense.page, run.server.url);
   const { width, height } = await harness.shot(dense.page);
   assert.deepEqual({ width, height }, { width: 960, height: 720 });
   near((await harness.place(dense.page)).scale, (await harness.place(page)).scale);

@@ -1,22 +1,13 @@
 // Views as text: exact at any depth, and kept in the page's address where a figure asks for it.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import * as harness from './harness.mjs';
 
-let server;
-let browser;
-before(async () => {
-  server = await harness.serve();
-  browser = await harness.launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.stop();
-});
+const run = harness.session();
 
 /** A page with a figure for each name of a part of the fragment; null for one without. */
 async function open(names, fragment = '', options = {}) {
-  const tab = await harness.newPage(browser, { reducedMotion: 'reduce', ...options });
+  const tab = await harness.newPage(run.browser, { reducedMotion: 'reduce', ...options });
   await tab.page.route('**/figures.html', (route) => {
     const figures = names.map((name) => {
       const hash = name === null ? '' : `hash="${name}"`;
@@ -25,7 +16,7 @@ async function open(names, fragment = '', options = {}) {
     const script = '<script type="module" src="istar.js"></script>';
     route.fulfill({ contentType: 'text/html', body: `<!doctype html>${script}${figures.join('')}` });
   });
-  await tab.page.goto(`${server.url}figures.html${fragment}`);
+  await tab.page.goto(`${run.server.url}figures.html${fragment}`);
   await loaded(tab.page, names.length);
   return tab;
 }

@@ -1,6 +1,6 @@
 // Figures of odd sizes, out of sight, taken away while they load, on machines that are too slow.
 import assert from 'node:assert/strict';
-import { after, afterEach, before, beforeEach, test } from 'node:test';
+import { afterEach, beforeEach, test } from 'node:test';
 import { at } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
@@ -9,19 +9,10 @@ const VIEWPORT = { width: 480, height: 360 };
 const CHANNEL_TOLERANCE = 2;
 const DIFFERING_SHARE = 0.001;
 
-let server;
-let browser;
+const run = harness.session();
 let page;
 let uncaught;
 let close;
-before(async () => {
-  server = await harness.serve();
-  browser = await harness.launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.stop();
-});
 beforeEach(async () => {
   await start({});
 });
@@ -31,7 +22,7 @@ afterEach(async () => {
 });
 
 async function start(options) {
-  ({ page, uncaught, close } = await harness.newPage(browser, {
+  ({ page, uncaught, close } = await harness.newPage(run.browser, {
     viewport: VIEWPORT,
     reducedMotion: 'reduce',
     ...options,
@@ -48,7 +39,7 @@ async function start(options) {
   });
 }
 
-const open = (options) => harness.openViewer(page, server.url, options);
+const open = (options) => harness.openViewer(page, run.server.url, options);
 const frames = () => page.evaluate(() => window.copied.splice(0));
 const style = (css) =>
   page.evaluate((css) => {
@@ -102,7 +93,7 @@ test('a figure without a size is no fault, and is drawn when it gets one', async
       document.querySelector('istar-viewer').style.cssText = 'width: 0; height: 0';
     });
   });
-  await page.goto(`${server.url}view.html?backend=webgl2&src=gallery/map.istar`);
+  await page.goto(`${run.server.url}view.html?backend=webgl2&src=gallery/map.istar`);
   await page.waitForFunction(() => document.querySelector('istar-viewer')?.backend === 'webgl2');
   await page.evaluate(() => {
     const viewer = document.querySelector('istar-viewer');
@@ -179,7 +170,7 @@ test('in a hidden tab nothing is drawn', async () => {
 });
 
 test('taken away or changed while it loads, over and over, a figure shows its last picture', async () => {
-  await page.goto(`${server.url}view.html?backend=webgl2&src=gallery/emblem.istar`);
+  await page.goto(`${run.server.url}view.html?backend=webgl2&src=gallery/emblem.istar`);
   await page.evaluate(async () => {
     const viewer = document.querySelector('istar-viewer');
     const pause = (ms) => new Promise((done) => setTimeout(done, ms));

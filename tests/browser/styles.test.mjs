@@ -1,6 +1,6 @@
 // Styles of regions: what the page sets is what the command line draws, whatever draws it.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { at } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
@@ -11,20 +11,11 @@ const SIZE = { width: 360, height: 270 };
 const FILE = at('dist', 'gallery', 'map.istar');
 const PLACE = [3080, 740];
 
-let server;
-let browser;
-before(async () => {
-  server = await harness.serve();
-  browser = await harness.launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.stop();
-});
+const run = harness.session();
 
 async function opened(backend) {
-  const opened = await harness.newPage(browser, { viewport: SIZE });
-  await harness.openViewer(opened.page, server.url, { backend });
+  const opened = await harness.newPage(run.browser, { viewport: SIZE });
+  await harness.openViewer(opened.page, run.server.url, { backend });
   await harness.zoomTo(opened.page, ...PLACE, 2);
   return opened;
 }

@@ -1,10 +1,8 @@
 // Files in tiles and levels: what is fetched for a view, and what is shown until it is there.
 import assert from 'node:assert/strict';
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { createServer } from 'node:http';
-import { tmpdir } from 'node:os';
+import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { gzipSync } from 'node:zlib';
 import * as harness from './harness.mjs';
 import { encodedQuilt, huge } from './pictures.mjs';
@@ -14,62 +12,42 @@ const VIEWPORT = { width: 480, height: 360 };
 const CHANNEL_TOLERANCE = 2;
 const DIFFERING_SHARE = 0.001;
 
-let folder;
-let server;
-let browser;
-let files;
-let base;
+const run = harness.session();
+const folder = harness.temporaryFolder();
+const quilted = readFileSync(encodedQuilt(folder, 'quilt', [2048, 1536], '--tile-size', '256'));
 /** The picture of 2048 × 1536 in tiles of 256 and three levels; and the huge one. */
-let pictures;
+const pictures = {
+  quilt: { length: quilted.length, slice: (from, to) => quilted.subarray(from, to) },
+  huge: huge(readFileSync(encodedQuilt(folder, 'small', [1024, 1024]))),
+};
 /** Requests by name, as [from, to] of bytes; null for a whole file. */
 let asked;
 /** Answers in place of the usual one, by name. */
 let answers;
 
-before(async () => {
-  folder = mkdtempSync(join(tmpdir(), 'istar-'));
-  const quilted = readFileSync(encodedQuilt(folder, 'quilt', [2048, 1536], '--tile-size', '256'));
-  const small = readFileSync(encodedQuilt(folder, 'small', [1024, 1024]));
-  pictures = {
-    quilt: { length: quilted.length, slice: (from, to) => quilted.subarray(from, to) },
-    huge: huge(small),
+const files = harness.serveFiles((request, response) => {
+  const [name, kind] = request.url.slice(1).split('.');
+  response.setHeader('access-control-expose-headers', 'etag, content-range, content-encoding');
+  response.setHeader('cache-control', 'no-store');
+  const picture = pictures[name];
+  const range = /bytes=(\d+)-(\d+)/.exec(request.headers.range ?? '');
+  const [from, to] = range
+    ? [Number(range[1]), Math.min(Number(range[2]) + 1, picture.length)]
+    : [0, picture.length];
+  asked.push(range ? [from, to] : null);
+  const usual = () => {
+    if (range && from >= picture.length) return response.writeHead(416).end();
+    if (range) response.writeHead(206, { 'content-range': `bytes ${from}-${to - 1}/${picture.length}` });
+    response.end(picture.slice(from, to));
   };
-  server = await harness.serve();
-  browser = await harness.launch();
-  files = createServer((request, response) => {
-    const [name, kind] = request.url.slice(1).split('.');
-    response.setHeader('access-control-allow-origin', '*');
-    response.setHeader('access-control-expose-headers', 'etag, content-range, content-encoding');
-    response.setHeader('cache-control', 'no-store');
-    const picture = pictures[name];
-    const range = /bytes=(\d+)-(\d+)/.exec(request.headers.range ?? '');
-    const [from, to] = range
-      ? [Number(range[1]), Math.min(Number(range[2]) + 1, picture.length)]
-      : [0, picture.length];
-    asked.push(range ? [from, to] : null);
-    const usual = () => {
-      if (range && from >= picture.length) return response.writeHead(416).end();
-      if (range) response.writeHead(206, { 'content-range': `bytes ${from}-${to - 1}/${picture.length}` });
-      response.end(picture.slice(from, to));
-    };
-    (answers[kind] ?? usual)({ request, response, from, to, picture, usual });
-  });
-  await new Promise((ready) => files.listen(0, '127.0.0.1', ready));
-  base = `http://127.0.0.1:${files.address().port}/`;
-});
-after(async () => {
-  await browser?.close();
-  server?.stop();
-  files?.closeAllConnections();
-  files?.close();
-  rmSync(folder, { recursive: true });
+  (answers[kind] ?? usual)({ request, response, from, to, picture, usual });
 });
 
 async function open(name, { backend = 'webgl2', answer = {}, viewport = VIEWPORT } = {}) {
   asked = [];
   answers = answer;
-  const tab = await harness.newPage(browser, { viewport });
-  const url = `${server.url}view.html?backend=${backend}&src=${encodeURIComponent(base + name)}`;
+  const tab = await harness.newPage(run.browser, { viewport });
+  const url = `${run.server.url}view.html?backend=${backend}&src=${encodeURIComponent(files.base + name)}`;
   await tab.page.goto(url);
   return tab;
 }
