@@ -8,9 +8,8 @@ import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
 const SIZE = { width: 480, height: 360 };
-/** As in drawing.test.mjs; and the painter is within two levels of the reference itself. */
-const CHANNEL_TOLERANCE = 3;
-const DIFFERING_SHARE = 0.001;
+/** The painter is within two levels of the reference, as a GPU is. */
+const CHANNEL = 3;
 
 const run = harness.session();
 const folder = harness.temporaryFolder();
@@ -44,11 +43,7 @@ function withoutGpu(page) {
 const backend = (page) => page.evaluate(() => document.querySelector('istar-viewer').backend);
 
 function alike(actual, expected, name) {
-  assert.ok(harness.colors(expected) > 1 && harness.colors(actual) > 1, 'a single colour');
-  const { share, picture } = harness.difference(actual, expected, CHANNEL_TOLERANCE);
-  if (share <= DIFFERING_SHARE) return;
-  const kept = harness.keepFailure(name, expected, picture, actual);
-  assert.fail(`${(share * 100).toFixed(3)} % of the pixels differ, see ${kept}`);
+  harness.assertAlike(name, actual, expected, { channel: CHANNEL });
 }
 
 const VIEWS = {

@@ -1,4 +1,5 @@
 // What the browser tests share: the server under test, Chromium, and pictures compared pixel by pixel.
+import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:http';
@@ -215,8 +216,25 @@ export function colors(png) {
   return words.size;
 }
 
+/**
+ * The GPU computes in f32 and the CPU in f64: where a boundary passes within rounding of a pixel's edge or three regions meet, a pixel
+ * may fall to the other side. Elsewhere only the last step of rounding a colour differs.
+ */
+const CHANNEL = 2;
+const SHARE = 0.001;
+
+/** No more than a `share` of the pixels differs by more than `channel` in a channel, and there is something to see. */
+export function assertAlike(label, actual, expected, { channel = CHANNEL, share = SHARE } = {}) {
+  assert.ok(colors(expected) > 1, 'the oracle shows a single colour: the view is badly chosen');
+  assert.ok(colors(actual) > 1, 'the canvas is blank');
+  const found = difference(actual, expected, channel);
+  if (found.share <= share) return;
+  const kept = keepFailure(label, expected, found.picture, actual);
+  assert.fail(`${label}: ${(found.share * 100).toFixed(3)} % of the pixels differ, see ${kept}`);
+}
+
 /** The share of pixels that differ by more than `tolerance` in a channel, and a picture of where. */
-export function difference(actual, expected, tolerance) {
+function difference(actual, expected, tolerance) {
   const { width, height } = expected;
   if (actual.width !== width || actual.height !== height) {
     throw new Error(`${actual.width}x${actual.height} pixels instead of ${width}x${height}`);
@@ -234,7 +252,7 @@ export function difference(actual, expected, tolerance) {
 }
 
 /** Puts expected | difference | actual into target/browser-failures, and says where. */
-export function keepFailure(name, expected, between, actual) {
+function keepFailure(name, expected, between, actual) {
   const { width, height } = expected;
   const strip = new PNG({ width: width * 3, height });
   for (const [i, png] of [expected, between, actual].entries()) {

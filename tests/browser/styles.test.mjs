@@ -4,9 +4,8 @@ import { test } from 'node:test';
 import { at } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
-const CHANNEL_TOLERANCE = 2;
 /** Rays that look for outlines end in another step where f32 has a boundary on the other side of it. */
-const DIFFERING_SHARE = 0.004;
+const SHARE = 0.004;
 const SIZE = { width: 360, height: 270 };
 const FILE = at('dist', 'gallery', 'map.istar');
 const PLACE = [3080, 740];
@@ -21,15 +20,11 @@ async function opened(backend) {
 }
 
 /** The page's view against the CPU's, with the styles that the page has. */
-async function matches(page, label, share = DIFFERING_SHARE) {
+async function matches(page, label, share = SHARE) {
   const styles = await page.evaluate(() => document.querySelector('istar-viewer').styles);
   const actual = await harness.shot(page);
   const expected = harness.oracle(FILE, await harness.place(page), SIZE, styles);
-  const found = harness.difference(actual, expected, CHANNEL_TOLERANCE);
-  if (found.share > share) {
-    const kept = harness.keepFailure(`styles-${label}`, expected, found.picture, actual);
-    assert.fail(`${label}: ${(found.share * 100).toFixed(2)} % of pixels differ. See ${kept}`);
-  }
+  harness.assertAlike(`styles-${label}`, actual, expected, { share });
   return actual;
 }
 
