@@ -19,43 +19,44 @@ fn main() {
     }
 }
 
-/// Writes each pass as `NAME.rs`: a module's constants with all that the back ends need.
+/// Writes each module as `NAME.rs`: constants with all that the back ends need.
 #[cfg(feature = "gpu")]
 fn write_shaders() -> Result<(), String> {
-    use translate::{PASSES, minify, shorten, shorten_values, translate, validate};
+    use translate::{
+        MODULES, TEXTURES, UNIFORMS, minify, shorten, shorten_values, translate, validate,
+    };
 
     /// GLSL is for WebGL2 alone.
     const WEB: &str = "#[cfg(target_arch = \"wasm32\")]\n";
 
     let out = std::env::var_os("OUT_DIR").ok_or("cargo gave no OUT_DIR")?;
-    for pass in &PASSES {
+    for shaders in &MODULES {
         let mut wgsl = String::new();
-        for file in pass.files {
+        for file in shaders.files {
             let text = std::fs::read_to_string(std::path::Path::new("shaders").join(file));
             wgsl += &text.map_err(|e| format!("{file}: {e}"))?;
         }
         // Validated as written, so that an error shows the line and its comment.
         validate(&wgsl)?;
-        let wgsl = shorten(&minify(&wgsl), &[pass.vertex, pass.fragment]);
+        let wgsl = shorten(&minify(&wgsl), &shaders.entry_points());
         let (module, _) = validate(&wgsl)?;
-        let glsl = translate(pass, &module)?;
+        let count = shaders.draws.len();
+        let entry_points: Vec<_> =
+            shaders.draws.iter().map(|draw| [draw.vertex, draw.fragment]).collect();
+        let mut glsl = Vec::new();
+        for draw in shaders.draws {
+            glsl.push(translate(draw, &module)?.map(|text| shorten_values(&minify(&text))));
+        }
+        // Of each draw the vertex shader and the fragment shader.
         let constants = format!(
             "pub const WGSL: &str = {wgsl:?};\n\
-             pub const VERTEX: &str = {:?};\n\
-             pub const FRAGMENT: &str = {:?};\n\
-             {WEB}pub const GLSL_VERTEX: &str = {:?};\n\
-             {WEB}pub const GLSL_FRAGMENT: &str = {:?};\n\
-             {WEB}pub const GLSL_UNIFORMS: &str = {:?};\n\
-             {WEB}pub const GLSL_TEXTURES: [&str; {}] = {:?};\n",
-            pass.vertex,
-            pass.fragment,
-            shorten_values(&minify(&glsl.vertex)),
-            shorten_values(&minify(&glsl.fragment)),
-            glsl.uniforms,
-            glsl.textures.len(),
-            glsl.textures,
+             pub const ENTRY_POINTS: [[&str; 2]; {count}] = {entry_points:?};\n\
+             {WEB}pub const GLSL: [[&str; 2]; {count}] = {glsl:?};\n\
+             {WEB}pub const GLSL_UNIFORMS: &str = {UNIFORMS:?};\n\
+             {WEB}pub const GLSL_TEXTURES: [&str; {}] = {TEXTURES:?};\n",
+            TEXTURES.len(),
         );
-        let path = std::path::Path::new(&out).join(pass.name).with_extension("rs");
+        let path = std::path::Path::new(&out).join(shaders.name).with_extension("rs");
         std::fs::write(&path, constants).map_err(|e| format!("{}: {e}", path.display()))?;
     }
     Ok(())

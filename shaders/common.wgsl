@@ -5,7 +5,8 @@
 // fixed bounds, powers of two are masked and shifted.
 //
 // Loops end with their condition, and nothing returns from within one: a GPU that runs several pixels in step,
-// as software does, would run all of the body once more for none of them.
+// as software does, would run all of the body once more for none of them. And conditions are joined with & and |: && and
+// || are branches, of which GLSL has a line for each side.
 
 struct View {
     // Where the picture ends, in pixels of the viewport: left, top, right, lower.
@@ -19,6 +20,11 @@ struct View {
     middle: vec2<f32>,
     // (scale, shift) from the position built-in's y to the viewport's, which runs from the top.
     y_axis: vec2<f32>,
+    // By these, screen pixels become twice the share of the target's width and height.
+    to_clip: vec2<f32>,
+    // Patches along each axis, and the first of them, counted from the scene's start.
+    patches: vec2<u32>,
+    first: vec2<i32>,
     // From close by (CLOSE): where the four cells in sight meet, in pixels of the viewport.
     split: vec2<f32>,
     // Pixels of the scene per screen pixel, and per sub-sample.
@@ -26,7 +32,9 @@ struct View {
     sub_pixel: f32,
     // Sub-samples along an axis of a screen pixel.
     samples: u32,
+    // log2 of widths, in pixels of the scene.
     block_log2: u32,
+    patch_log2: u32,
     flags: u32,
     // How far outlines reach from boundaries, in screen pixels. With 0 there are none.
     reach: f32,
@@ -44,6 +52,8 @@ const STRAIGHT = 2u;
 const CLOSE = 4u;
 // There are outlines to draw.
 const OUTLINES = 8u;
+// The scene is drawn in patches.
+const PATCHES = 16u;
 
 const MAX_CANDIDATES = 16u;
 const MAX_SAMPLES = 16u;

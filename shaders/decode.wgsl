@@ -19,18 +19,36 @@ struct Cut {
 const PART = 1u;
 const NOTHING = 2u;
 
-fn cut(index: u32, u: vec2<f32>, per_cell: f32) -> Cut {
+// Its columns as they are in the table.
+struct Columns {
+    c0: vec4<u32>,
+    c1: vec4<u32>,
+    c2: vec4<u32>,
+}
+
+fn columns(index: u32) -> Columns {
     // Each column has a row of its own.
     let at = vec2(1u, 3u) * folded(index);
-    let c0 = textureLoad(cuts, at, 0);
-    let c1 = textureLoad(cuts, at + vec2(0u, 1u), 0);
-    let c2 = textureLoad(cuts, at + vec2(0u, 2u), 0);
-    let steep = u.x * bitcast<vec3<f32>>(c2.xyz);
-    let c1f = bitcast<vec3<f32>>(c1.xyz);
-    let row = bitcast<vec3<f32>>(c0.xyz) + u.x * (c1f + steep);
+    return Columns(
+        textureLoad(cuts, at, 0),
+        textureLoad(cuts, at + vec2(0u, 1u), 0),
+        textureLoad(cuts, at + vec2(0u, 2u), 0),
+    );
+}
+
+// A cut where the place in the cell is `u`, in units of which `per_cell` is a sub-sample.
+fn cut_at(columns: Columns, u: vec2<f32>, per_cell: f32) -> Cut {
+    let c1 = bitcast<vec3<f32>>(columns.c1.xyz);
+    let steep = u.x * bitcast<vec3<f32>>(columns.c2.xyz);
+    let row = bitcast<vec3<f32>>(columns.c0.xyz) + u.x * (c1 + steep);
     let powers = vec3(1.0, u.y, u.y * u.y);
-    let gradient = vec2(dot(c1f + 2.0 * steep, powers), row.y + 2.0 * u.y * row.z);
-    return Cut(vec3(dot(row, powers), gradient * per_cell), c0.w, c1.w, c2.w);
+    let gradient = vec2(dot(c1 + 2.0 * steep, powers), row.y + 2.0 * u.y * row.z);
+    let value = vec3(dot(row, powers), gradient * per_cell);
+    return Cut(value, columns.c0.w, columns.c1.w, columns.c2.w);
+}
+
+fn cut(index: u32, u: vec2<f32>, per_cell: f32) -> Cut {
+    return cut_at(columns(index), u, per_cell);
 }
 
 // The side of a boundary that the place is not on.
@@ -70,7 +88,7 @@ fn with_side(sides: Sides, boundary: vec3<f32>, region: u32, candidate: u32) -> 
         }
         return Sides(side, sides.near);
     }
-    if side.distance < sides.next.distance && region != sides.near.region {
+    if (side.distance < sides.next.distance) & (region != sides.near.region) {
         return Sides(sides.near, side);
     }
     return sides;
@@ -136,76 +154,13 @@ fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
     return Decoded(regions, shares, sides.near.cut);
 }
 
-// Two candidates: most cells that are not solid.
-fn decide_two(start: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
-    let c = cut(start, u, per_cell);
-    let second = c.at.x > 0.0;
-    let region = select(c.other, c.region, second);
-    let steepness = length(c.at.yz);
-    let distance = abs(c.at.x) / max(steepness, 1e-30);
-    if (c.flags & PART) == 0u {
-        return solid(region);
+// How much of a pixel is on its middle's side of a boundary between two.
+fn own_share(c: Cut) -> f32 {
+    let distance = abs(c.at.x) / max(length(c.at.yz), 1e-30);
+    if ((c.flags & PART) == 0u) | (distance >= REACH) | ((view.flags & ANTIALIAS) == 0u) {
+        return 1.0;
     }
-    let regions = vec3(region, select(c.region, c.other, second), region);
-    var own = 1.0;
-    if distance < REACH && (view.flags & ANTIALIAS) != 0u {
-        own = share(distance, c.at.yz);
-    }
-    return Decoded(regions, vec3(own, 1.0 - own, 0.0), select(-c.at, c.at, second));
-}
-
-// Each candidate after the first has a cut against the first, and differences of cuts part the
-// others: the winner is the candidate whose own is greatest.
-fn decide(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
-    let end = min(count, MAX_CANDIDATES);
-    var winner = vec3(0.0);
-    // Every cut tells of the first candidate.
-    var first = 0u;
-    var region = 0u;
-    var neighbours = 0u;
-    var i = 1u;
-    loop {
-        let c = cut(start + i - 1u, u, per_cell);
-        if i == 1u {
-            first = c.other;
-            region = first;
-            neighbours = c.flags >> 16u;
-        }
-        if c.at.x > winner.x {
-            winner = c.at;
-            region = c.region;
-            neighbours = c.flags & 0xffffu;
-        }
-        i++;
-        if i >= end {
-            break;
-        }
-    }
-    if (view.flags & (ANTIALIAS | OUTLINES)) == 0u {
-        return solid(region);
-    }
-    var sides = no_sides();
-    if (neighbours & 1u) != 0u {
-        sides = with_side(sides, winner, first, 0u);
-    }
-    i = 1u;
-    loop {
-        if ((neighbours >> i) & 1u) != 0u {
-            let c = cut(start + i - 1u, u, per_cell);
-            sides = with_side(sides, winner - c.at, c.region, i);
-        }
-        i++;
-        if i >= end {
-            break;
-        }
-    }
-    if sides.near.distance >= REACH || (view.flags & ANTIALIAS) == 0u {
-        return far(region, sides.near);
-    }
-    if sides.next.distance >= REACH {
-        return share_of_two(region, sides.near);
-    }
-    return share_of_three(region, sides, sides.next.cut - sides.near.cut);
+    return share(distance, c.at.yz);
 }
 
 // The place of pair (i, j), i < j, among the cuts of `count` candidates.
@@ -213,109 +168,190 @@ fn pair(i: u32, j: u32, count: u32) -> u32 {
     return i * (2u * count - i - 1u) / 2u + j - i - 1u;
 }
 
-// The cut of i and j, positive on the side of i.
-fn cut_of_pair(start: u32, count: u32, i: u32, j: u32, u: vec2<f32>, per_cell: f32) -> Cut {
-    var c = cut(start + pair(min(i, j), max(i, j), count), u, per_cell);
-    if i < j {
-        return Cut(-c.at, c.other, c.flags, c.region);
-    }
-    return c;
-}
+// What is looked for in a cell: the winner, its sides, and by pairs what parts these.
+const WINNER = 0u;
+const SIDES = 1u;
+const BETWEEN = 2u;
+const DONE = 3u;
 
-// Where a list has planes of its own: the winner is the candidate whose least p_ij is greatest.
-fn decide_by_pairs(start: u32, count: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
-    let end = min(count, MAX_CANDIDATES);
-    var winner = 0u;
-    var region = 0u;
-    var deepest = -FAR;
-    // All pairs in one loop.
+// What a cell shows where the place in it is `u`, in units of which `per_cell` is a sub-sample.
+//
+// As a rule each candidate but the first has a cut against the first, and differences of cuts part the others: the
+// winner is the candidate whose own is greatest. Where a list has planes of its own there is a cut for each pair: the
+// winner is the candidate whose least p_ij is greatest. Of two candidates one cut tells all.
+//
+// All cuts are looked up in one loop: a GPU that runs pixels in step pays for every place in the code that does.
+fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
+    if (word & SOLID) != 0u {
+        return solid(word & REGION_MASK);
+    }
+    let start = word & CUTS_MASK;
+    let count = min(word >> COUNT_SHIFT, MAX_CANDIDATES);
+    let by_pairs = (word & BY_PAIRS) != 0u;
+    let is_antialiased = (view.flags & ANTIALIAS) != 0u;
+    let after_winner = select(DONE, SIDES, (view.flags & (ANTIALIAS | OUTLINES)) != 0u);
+    var goal = WINNER;
+    // The cut between these is next. Not by pairs, i stays the first.
     var i = 0u;
     var j = 1u;
+    // The winner's region, its number, how deep in it the place is; and not by pairs its cut and its neighbours.
+    var region = 0u;
+    var winner = 0u;
+    var deepest = -FAR;
+    var own = vec3(0.0);
+    var neighbours = 0u;
+    // By pairs, the least p_ij of i so far.
     var depth = FAR;
-    loop {
-        let c = cut_of_pair(start, count, i, j, u, per_cell);
-        depth = min(depth, select(c.at.x, FAR, (c.flags & NOTHING) != 0u));
-        j++;
-        if j == i {
-            j++;
-        }
-        if j >= end || depth <= deepest {
-            if depth > deepest {
-                winner = i;
-                region = c.region;
-                deepest = depth;
-            }
-            i++;
-            j = 0u;
-            depth = FAR;
-        }
-        if i >= end {
-            break;
-        }
-    }
-    if (view.flags & (ANTIALIAS | OUTLINES)) == 0u {
-        return solid(region);
-    }
     var sides = no_sides();
-    j = 0u;
+    var between = vec3(0.0);
     loop {
-        if j != winner {
-            let c = cut_of_pair(start, count, winner, j, u, per_cell);
-            if (c.flags & PART) != 0u {
-                sides = with_side(sides, c.at, c.other, j);
+        let index = select(j - 1u, pair(min(i, j), max(i, j), count), by_pairs);
+        let c = cut(start + index, u, per_cell);
+        // As it is seen from i, positive there.
+        let is_second = i > j;
+        let at = select(-c.at, c.at, is_second);
+        var other = select(c.region, c.other, is_second);
+        // A side that has been found, if one has.
+        var boundary = vec3(0.0);
+        var candidate = j;
+        var is_side = false;
+        if count == 2u {
+            let second = c.at.x > 0.0;
+            region = select(c.other, c.region, second);
+            other = select(c.region, c.other, second);
+            boundary = select(-c.at, c.at, second);
+            is_side = (c.flags & PART) != 0u;
+            goal = DONE;
+        } else if goal == BETWEEN {
+            between = at;
+            goal = DONE;
+        } else if goal == SIDES {
+            boundary = select(own - c.at, at, by_pairs);
+            is_side = select((neighbours >> j) & 1u, c.flags & PART, by_pairs) != 0u;
+            j++;
+            if by_pairs & (j == i) {
+                j++;
+            }
+            if j >= count {
+                goal = select(DONE, BETWEEN, by_pairs);
+            }
+        } else if by_pairs {
+            depth = min(depth, select(at.x, FAR, (c.flags & NOTHING) != 0u));
+            j++;
+            if j == i {
+                j++;
+            }
+            if (j >= count) | (depth <= deepest) {
+                if depth > deepest {
+                    winner = i;
+                    region = select(c.other, c.region, is_second);
+                    deepest = depth;
+                }
+                i++;
+                j = 0u;
+                depth = FAR;
+                if i >= count {
+                    goal = after_winner;
+                    i = winner;
+                    j = u32(winner == 0u);
+                }
+            }
+        } else {
+            if j == 1u {
+                region = c.other;
+                neighbours = c.flags >> 16u;
+            }
+            if c.at.x > own.x {
+                own = c.at;
+                region = c.region;
+                neighbours = c.flags & 0xffffu;
+            }
+            j++;
+            if j >= count {
+                goal = after_winner;
+                j = 1u;
+                // The first candidate needs no cut of its own.
+                other = c.other;
+                candidate = 0u;
+                boundary = own;
+                is_side = (neighbours & 1u) != 0u;
             }
         }
-        j++;
-        if j >= end {
+        if is_side {
+            sides = with_side(sides, boundary, other, candidate);
+        }
+        if goal == BETWEEN {
+            i = sides.near.candidate;
+            j = sides.next.candidate;
+            if (sides.next.distance >= REACH) | !is_antialiased {
+                goal = DONE;
+            }
+        }
+        if goal == DONE {
             break;
         }
     }
-    if sides.near.distance >= REACH || (view.flags & ANTIALIAS) == 0u {
+    if (sides.near.distance >= REACH) | !is_antialiased {
         return far(region, sides.near);
     }
     if sides.next.distance >= REACH {
         return share_of_two(region, sides.near);
     }
-    let between =
-        cut_of_pair(start, count, sides.near.candidate, sides.next.candidate, u, per_cell);
-    return share_of_three(region, sides, between.at);
+    if !by_pairs {
+        between = sides.next.cut - sides.near.cut;
+    }
+    return share_of_three(region, sides, between);
 }
 
-// The place is a pixel of the scene and a fraction of it in [0, 1]: a plain f32 coordinate would run
-// out of digits at high magnification.
-fn decode(pixel: vec2<u32>, fraction: vec2<f32>) -> Decoded {
+// A cell: its word, and log2 of its width in pixels of the scene. A solid block is one.
+struct Cell {
+    word: u32,
+    log2: u32,
+}
+
+// The cell that holds a pixel of the scene.
+fn cell_of(pixel: vec2<u32>) -> Cell {
     let block = textureLoad(blocks, pixel >> vec2(view.block_log2), 0).x;
     if (block & SOLID) != 0u {
-        return solid(block & REGION_MASK);
+        return Cell(block, view.block_log2);
     }
     let texel_log2 = block >> TEXEL_LOG2_SHIFT;
-    let within = pixel & vec2((1u << view.block_log2) - 1u);
-    let cell = within >> vec2(texel_log2);
-    let place = (cell.y << (view.block_log2 - texel_log2)) + cell.x;
-    let word = textureLoad(cells, folded((block & CELLS_MASK) + place), 0).x;
-    let per_pixel = 1.0 / f32(1u << texel_log2);
-    let u = (vec2<f32>(within & vec2((1u << texel_log2) - 1u)) + fraction) * per_pixel;
-    return decode_cell(word, u, per_pixel * view.sub_pixel);
+    let at = (pixel & vec2((1u << view.block_log2) - 1u)) >> vec2(texel_log2);
+    let place = (at.y << (view.block_log2 - texel_log2)) + at.x;
+    return Cell(textureLoad(cells, folded((block & CELLS_MASK) + place), 0).x, texel_log2);
+}
+
+// A place in the scene: a pixel and a fraction of it in [0, 1], since a plain f32 coordinate would run out of
+// digits at high magnification.
+struct Place {
+    pixel: vec2<i32>,
+    fraction: vec2<f32>,
+}
+
+// What a place of the screen shows.
+fn place_at(screen: vec2<f32>) -> Place {
+    // Whole pixels are split off before the anchor comes in, so that the fraction keeps its digits.
+    let from_anchor = view.offset + (screen - view.middle) * view.pixel;
+    // Kept where the conversion to i32 and the sum are defined.
+    let whole = vec2<i32>(clamp(floor(from_anchor), vec2(-1e9), vec2(1e9)));
+    let pixel = clamp(view.anchor + whole, vec2(0), view.last);
+    return Place(pixel, clamp(from_anchor - vec2<f32>(pixel - view.anchor), vec2(0.0), vec2(1.0)));
+}
+
+// A place in a cell that starts at a pixel, in widths of the cell.
+fn within(place: Place, first: vec2<i32>, cell_log2: u32) -> vec2<f32> {
+    return (vec2<f32>(place.pixel - first) + place.fraction) / f32(1u << cell_log2);
+}
+
+fn decode(place: Place) -> Decoded {
+    let cell = cell_of(vec2<u32>(place.pixel));
+    let first = place.pixel & vec2(-1i << cell.log2);
+    let u = within(place, first, cell.log2);
+    return decode_cell(cell.word, u, view.sub_pixel / f32(1u << cell.log2));
 }
 
 fn decode_close(screen: vec2<f32>) -> Decoded {
     let side = vec2<u32>(screen >= view.split);
     let word = textureLoad(cells, vec2(side.y * 2u + side.x, 0u), 0).x;
     return decode_cell(word, screen - view.middle, 1.0);
-}
-
-// `u` is the place in the cell, in units of which `per_cell` is a sub-sample.
-fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
-    if (word & SOLID) != 0u {
-        return solid(word & REGION_MASK);
-    }
-    let start = word & CUTS_MASK;
-    let count = word >> COUNT_SHIFT;
-    if count == 2u {
-        return decide_two(start, u, per_cell);
-    }
-    if (word & BY_PAIRS) != 0u {
-        return decide_by_pairs(start, count, u, per_cell);
-    }
-    return decide(start, count, u, per_cell);
 }

@@ -6,13 +6,7 @@ fn decode_at(screen: vec2<f32>) -> Decoded {
     if (view.flags & CLOSE) != 0u {
         return decode_close(screen);
     }
-    // Whole pixels are split off before the anchor comes in, so that the fraction keeps its digits.
-    let from_anchor = view.offset + (screen - view.middle) * view.pixel;
-    // Kept where the conversion to i32 and the sum are defined.
-    let whole = vec2<i32>(clamp(floor(from_anchor), vec2(-1e9), vec2(1e9)));
-    let pixel = clamp(view.anchor + whole, vec2(0), view.last);
-    let fraction = clamp(from_anchor - vec2<f32>(pixel - view.anchor), vec2(0.0), vec2(1.0));
-    return decode(vec2<u32>(pixel), fraction);
+    return decode(place_at(screen));
 }
 
 fn style(region: u32) -> vec4<u32> {
@@ -22,6 +16,17 @@ fn style(region: u32) -> vec4<u32> {
 // A colour, straight.
 fn bytes(word: u32) -> vec4<f32> {
     return vec4<f32>((vec4(word) >> vec4(0u, 8u, 16u, 24u)) & vec4(255u)) / 255.0;
+}
+
+// The same premultiplied.
+fn premultiplied(word: u32) -> vec4<f32> {
+    let color = bytes(word);
+    return vec4(color.rgb * color.a, color.a);
+}
+
+// Of a style's words: its pattern's motif, 0 where it has none.
+fn motif_of(words: vec4<u32>) -> u32 {
+    return (words.z >> 14u) & 7u;
 }
 
 // How much of a pixel (sub-sample) lies on the positive side of a line that far from its middle.
@@ -40,20 +45,19 @@ fn off(along: vec2<f32>, spacing: f32) -> vec2<f32> {
 // A region's premultiplied colour at a place of the viewport.
 fn fill(region: u32, screen: vec2<f32>) -> vec4<f32> {
     let words = style(region);
-    let below = bytes(words.x);
-    let sum = vec4(below.rgb * below.a, below.a);
-    let motif = (words.z >> 14u) & 7u;
+    let sum = premultiplied(words.x);
+    let motif = motif_of(words);
     if motif == 0u {
         return sum;
     }
     let spacing = f32(4u << ((words.z >> 17u) & 3u));
     let at = view.pattern.xy + (screen - view.middle) * view.pattern.z;
     // Motifs 1, 2 and 5 are slanted.
-    let slanted = motif < 3u || motif == 5u;
+    let slanted = (motif < 3u) | (motif == 5u);
     let along = off(select(at, vec2(at.x + at.y, at.x - at.y), slanted), spacing);
     var depths = (0.125 * spacing - abs(along)) * select(1.0, 0.70710678, slanted);
     // Of one direction alone: of the first, 1 and 4, or of the second, 2 and 3.
-    if motif == 1u || motif == 4u {
+    if (motif == 1u) | (motif == 4u) {
         depths.y = depths.x;
     } else if motif < 4u {
         depths.x = depths.y;
@@ -133,14 +137,14 @@ fn with_crossed(
     least_cosine: f32,
 ) -> Outline {
     let other_style = style(ray.there.regions.x);
-    let group = own_style.z >> 19u;
-    if group != 0u && group == other_style.z >> 19u {
+    let own_group = own_style.z >> 19u;
+    if (own_group != 0u) & (own_group == other_style.z >> 19u) {
         return outline;
     }
     var distance = 0.5 * (ray.inner + ray.outer);
     let slope = dot(ray.there.near.yz, ray.towards);
     // Where the boundary there is with the own region.
-    if ray.there.regions.y == own && slope > 0.0 {
+    if (ray.there.regions.y == own) & (slope > 0.0) {
         let back = ray.there.near.x / (slope * f32(view.samples));
         distance = clamp(ray.outer - back, ray.inner, ray.outer)
             * max(slope / length(ray.there.near.yz), least_cosine);
@@ -189,10 +193,10 @@ fn sample_color(screen: vec2<f32>) -> vec4<f32> {
                 ray.outer = along;
                 ray.there = there;
             }
-            if ray.outer > 0.0 && halvings < HALVINGS {
+            if (ray.outer > 0.0) & (halvings < HALVINGS) {
                 halvings++;
                 along = 0.5 * (ray.inner + ray.outer);
-            } else if ray.outer == 0.0 && along < 0.99 * reach {
+            } else if (ray.outer == 0.0) & (along < 0.99 * reach) {
                 along += stride;
             } else {
                 if ray.outer > 0.0 {
@@ -209,7 +213,7 @@ fn sample_color(screen: vec2<f32>) -> vec4<f32> {
             }
         }
         look++;
-        if is_done || look > MAX_RAYS * (MAX_STEPS + HALVINGS) {
+        if is_done | (look > MAX_RAYS * (MAX_STEPS + HALVINGS)) {
             break;
         }
     }

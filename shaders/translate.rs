@@ -1,4 +1,4 @@
-//! The shaders' passes: joined from their files, validated, and translated to the GLSL ES 3.00 that
+//! The shaders: joined from their files, validated, and translated to the GLSL ES 3.00 that
 //! WebGL2 takes. Shared by the build script and by `tests/suite/shaders.rs`.
 
 use naga::back::glsl;
@@ -7,30 +7,39 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, GlobalVariable, Handle, Module, ShaderStage};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A pass: its name, the files whose text makes it up, and its entry points.
-pub struct Pass {
+/// A module of shaders: its name, the files whose text makes it up, and its draws.
+pub struct Shaders {
     pub name: &'static str,
     pub files: &'static [&'static str],
+    pub draws: &'static [Draw],
+}
+
+/// The entry points of a draw.
+pub struct Draw {
     pub vertex: &'static str,
     pub fragment: &'static str,
 }
 
-pub const PASSES: [Pass; 1] = [Pass {
+pub const MODULES: [Shaders; 1] = [Shaders {
     name: "picture",
     files: &["common.wgsl", "decode.wgsl", "styles.wgsl", "picture.wgsl"],
-    vertex: "cover",
-    fragment: "paint",
+    draws: &[
+        Draw { vertex: "place_corner", fragment: "paint_plain" },
+        Draw { vertex: "place_corner", fragment: "paint_rest" },
+    ],
 }];
 
-/// A pass for WebGL2, with the names that naga gave to what has to be bound.
-pub struct Glsl {
-    pub vertex: String,
-    pub fragment: String,
-    /// The uniform block.
-    pub uniforms: String,
-    /// The textures' samplers, in the order of their bindings.
-    pub textures: Vec<String>,
+impl Shaders {
+    /// Names that are not to change.
+    pub fn entry_points(&self) -> Vec<&'static str> {
+        self.draws.iter().flat_map(|draw| [draw.vertex, draw.fragment]).collect()
+    }
 }
+
+/// What is bound, by the names that it has in all GLSL: the uniform block, and the textures in the order of their
+/// bindings.
+pub const UNIFORMS: &str = "_b";
+pub const TEXTURES: [&str; 4] = ["_0", "_1", "_2", "_3"];
 
 /// WGSL or GLSL without comments and most spaces: it travels inside the WebAssembly module.
 pub fn minify(source: &str) -> String {
@@ -105,8 +114,9 @@ pub fn shorten(wgsl: &str, keep: &[&str]) -> String {
     tokens.iter().enumerate().map(renamed).collect()
 }
 
-/// GLSL with a letter or two for each of the values that naga has numbered, and without the constants that it
-/// has put in their places.
+/// GLSL with a letter or two for each of the values and names that naga has numbered, and without the constants that
+/// it has put in their places. Each function for itself, so that one that is in several shaders is the same text in
+/// all, which packs to nothing.
 pub fn shorten_values(glsl: &str) -> String {
     let all = tokens(glsl);
     let is_used = |name: &str| all.iter().filter(|token| **token == name).count() > 1;
@@ -115,17 +125,47 @@ pub fn shorten_values(glsl: &str) -> String {
         name.is_none_or(is_used)
     });
     let glsl: String = constants.collect();
-    let tokens = tokens(&glsl);
+    let functions: BTreeSet<&str> = declarations(&glsl).filter_map(function_name).collect();
     let is_value = |token: &str| {
-        token.strip_prefix("_e").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
+        let stem = token.trim_end_matches(|c: char| c.is_ascii_digit());
+        let numbered = stem.len() < token.len()
+            && (stem == "_e" || (stem.ends_with('_') && !stem.starts_with('_')));
+        (numbered || token == "local") && !functions.contains(token)
     };
-    let mut counts = BTreeMap::new();
-    for &token in tokens.iter().filter(|token| is_value(token)) {
-        *counts.entry(token).or_insert(0) += 1;
+    let mut short = String::new();
+    for declaration in declarations(&glsl) {
+        let tokens = tokens(declaration);
+        // In the order in which the function has them, which is the same everywhere.
+        let (mut values, mut seen) = (Vec::new(), BTreeSet::new());
+        for &token in tokens.iter().filter(|token| is_value(token)) {
+            if seen.insert(token) {
+                values.push(token);
+            }
+        }
+        let renamed: BTreeMap<&str, String> = values.into_iter().zip(free_names(&tokens)).collect();
+        short.extend(tokens.iter().map(|&token| renamed.get(token).map_or(token, String::as_str)));
     }
-    // Values of different functions may share a name, as they shared a number.
-    let short = short_names(counts, &tokens);
-    tokens.iter().map(|&token| short.get(token).map_or(token, String::as_str)).collect()
+    short
+}
+
+/// The declarations of a shader, one after the other, with all between them.
+fn declarations(glsl: &str) -> impl Iterator<Item = &str> {
+    let mut depth = 0;
+    glsl.split_inclusive(move |c: char| {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            _ => {}
+        }
+        depth == 0 && matches!(c, ';' | '}')
+    })
+}
+
+/// The name of the function that is declared.
+fn function_name(declaration: &str) -> Option<&str> {
+    let (before, after) = declaration.split_once('(')?;
+    let name = before.rsplit(|c: char| c.is_whitespace()).next()?;
+    after.contains('{').then_some(name)
 }
 
 /// The shortest names that are free, for those that are used most.
@@ -135,13 +175,19 @@ fn short_names<'a>(
 ) -> BTreeMap<&'a str, String> {
     let mut often: Vec<(&str, u32)> = counts.into_iter().collect();
     often.sort_by_key(|&(name, count)| (std::cmp::Reverse(count), name));
-    let taken: BTreeSet<&str> = tokens.iter().copied().collect();
+    often.into_iter().map(|(name, _)| name).zip(free_names(tokens)).collect()
+}
+
+/// Names that none of the tokens has, the shortest first.
+fn free_names(tokens: &[&str]) -> impl Iterator<Item = String> {
+    let taken: BTreeSet<String> = tokens.iter().map(|token| token.to_string()).collect();
     let letters = || ('a'..='z').chain('A'..='Z');
-    let pairs = letters().flat_map(|a| letters().map(move |b| format!("{a}{b}")));
+    let pairs = letters().flat_map(move |a| letters().map(move |b| format!("{a}{b}")));
     let reserved = ["as", "do", "if", "in", "is", "of", "or", "fn"];
-    let free = letters().map(String::from).chain(pairs);
-    let free = free.filter(|name| !taken.contains(&name[..]) && !reserved.contains(&&name[..]));
-    often.into_iter().map(|(name, _)| name).zip(free).collect()
+    letters()
+        .map(String::from)
+        .chain(pairs)
+        .filter(move |name| !taken.contains(name) && !reserved.contains(&&name[..]))
 }
 
 /// Names, numbers, and the single characters between them.
@@ -162,7 +208,7 @@ fn tokens(text: &str) -> Vec<&str> {
     tokens
 }
 
-/// Parses and validates a pass. No capability is allowed that WebGL2 lacks.
+/// Parses and validates a module. No capability is allowed that WebGL2 lacks.
 pub fn validate(wgsl: &str) -> Result<(Module, ModuleInfo), String> {
     let module = naga::front::wgsl::parse_str(wgsl).map_err(|e| e.emit_to_string(wgsl))?;
     let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
@@ -171,41 +217,16 @@ pub fn validate(wgsl: &str) -> Result<(Module, ModuleInfo), String> {
     Ok((module, info))
 }
 
-/// Translates both stages of a pass.
-pub fn translate(pass: &Pass, module: &Module) -> Result<Glsl, String> {
-    let (vertex, ..) = stage(module, ShaderStage::Vertex, pass.vertex)?;
-    let (fragment, names, module) = stage(module, ShaderStage::Fragment, pass.fragment)?;
-    let binding = |handle: Handle<GlobalVariable>| {
-        module.global_variables[handle].binding.map_or(0, |b| b.binding)
-    };
-
-    let mut textures: Vec<(u32, String)> = names
-        .texture_mapping
-        .iter()
-        .map(|(name, mapping)| (binding(mapping.texture), name.clone()))
-        .collect();
-    textures.sort();
-    let mut uniforms = names
-        .uniforms
-        .iter()
-        .filter(|&(&handle, _)| module.global_variables[handle].space == AddressSpace::Uniform);
-    match (uniforms.next(), uniforms.next()) {
-        (Some((_, name)), None) => Ok(Glsl {
-            vertex,
-            fragment,
-            uniforms: name.clone(),
-            textures: textures.into_iter().map(|(_, name)| name).collect(),
-        }),
-        _ => Err(format!("{}: not exactly one uniform block", pass.name)),
-    }
+/// Translates both stages of a draw: vertex, fragment.
+pub fn translate(draw: &Draw, module: &Module) -> Result<[String; 2], String> {
+    Ok([
+        stage(module, ShaderStage::Vertex, draw.vertex)?,
+        stage(module, ShaderStage::Fragment, draw.fragment)?,
+    ])
 }
 
-/// One stage, with no more of the module than it needs: the text, what naga called things, and that part.
-fn stage(
-    module: &Module,
-    shader_stage: ShaderStage,
-    entry_point: &str,
-) -> Result<(String, glsl::ReflectionInfo, Module), String> {
+/// One stage, with no more of the module than it needs.
+fn stage(module: &Module, shader_stage: ShaderStage, entry_point: &str) -> Result<String, String> {
     let mut module = module.clone();
     module.entry_points.retain(|entry| entry.name == entry_point);
     compact(&mut module, KeepUnused::No);
@@ -222,7 +243,7 @@ fn stage(
     let pipeline =
         glsl::PipelineOptions { shader_stage, entry_point: entry_point.into(), multiview: None };
     let mut text = String::new();
-    let names = glsl::Writer::new(
+    let reflected = glsl::Writer::new(
         &mut text,
         &module,
         &info,
@@ -232,5 +253,32 @@ fn stage(
     )
     .and_then(|mut writer| writer.write())
     .map_err(|e| format!("{entry_point}: {e}"))?;
-    Ok((text, names, module))
+    // Naga's names are long, and others in each stage.
+    for (long, mapping) in &reflected.texture_mapping {
+        let binding = module.global_variables[mapping.texture].binding.map_or(0, |b| b.binding);
+        let short = TEXTURES.get(binding as usize);
+        text = text.replace(long, short.ok_or("a texture too many")?);
+    }
+    let is_block = |handle: Handle<GlobalVariable>| {
+        module.global_variables[handle].space == AddressSpace::Uniform
+    };
+    let mut uniforms = reflected.uniforms.iter().filter(|&(&handle, _)| is_block(handle));
+    if let Some((_, long)) = uniforms.next() {
+        text = text.replace(long, UNIFORMS);
+    }
+    if uniforms.next().is_some() {
+        return Err(format!("{entry_point}: more than one uniform block"));
+    }
+    for (long, short) in LONG_NAMES {
+        text = text.replace(long, short);
+    }
+    Ok(text)
 }
+
+/// What naga calls the uniforms in either stage, what passes between the stages, and the colour.
+const LONG_NAMES: [(&str, &str); 4] = [
+    ("_group_0_binding_0_vs", "_u"),
+    ("_group_0_binding_0_fs", "_u"),
+    ("_vs2fs_location", "_v"),
+    ("_fs2p_location", "_c"),
+];

@@ -14,6 +14,8 @@
 mod close;
 mod pack;
 #[cfg(feature = "gpu")]
+mod patches;
+#[cfg(feature = "gpu")]
 mod view;
 
 #[cfg(all(feature = "gpu", target_arch = "wasm32"))]
@@ -38,7 +40,7 @@ pub use readback::{Options, Renderer, render};
 #[cfg(feature = "gpu")]
 pub use view::{Alpha, Origin, Target, ViewUniforms};
 
-/// The pass that paints the picture, as `shaders/build.rs` prepared it.
+/// The draws that paint a picture, as `shaders/build.rs` prepared them.
 #[cfg(feature = "gpu")]
 pub(crate) mod picture {
     include!(concat!(env!("OUT_DIR"), "/picture.rs"));

@@ -1,4 +1,4 @@
-//! The wgpu back end: device, pipeline and scenes, for drawing into memory (`readback`).
+//! The wgpu back end: device, pipelines and scenes, for drawing into memory (`readback`).
 
 use super::close::Close;
 use super::pack::{Format, Packed, Table};
@@ -15,12 +15,13 @@ pub(super) const MAX_SIDE: u32 = 8192;
 /// From one layer's uniforms to the next: what every device allows.
 const UNIFORM_STEP: u32 = 256;
 
-/// A device with the pipeline that paints scenes. It draws any number of them.
+/// A device with the pipelines that paint scenes. It draws any number of them.
 pub(super) struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
     layouts: [wgpu::BindGroupLayout; 2],
-    pipeline: wgpu::RenderPipeline,
+    /// One for each of the draws: what is plain, and the rest.
+    pipelines: [wgpu::RenderPipeline; 2],
     max_side: u32,
     failure: Failure,
 }
@@ -55,7 +56,7 @@ impl Failure {
 }
 
 impl Gpu {
-    /// Takes a device of `adapter` and builds the pipeline for targets of `format`, which are at
+    /// Takes a device of `adapter` and builds the pipelines for targets of `format`, which are at
     /// most `max_side` wide and high.
     pub async fn new(
         adapter: &wgpu::Adapter,
@@ -82,12 +83,12 @@ impl Gpu {
 
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let layouts = bind_group_layouts(&device);
-        let pipeline = pipeline(&device, &layouts, format);
+        let pipelines = pipelines(&device, &layouts, format);
         if let Some(e) = scope.pop().await {
             return Err(Error::Gpu(describe(e)));
         }
         failure.check()?;
-        Ok(Gpu { device, queue, layouts, pipeline, max_side, failure })
+        Ok(Gpu { device, queue, layouts, pipelines, max_side, failure })
     }
 
     /// The largest side of a target.
@@ -164,7 +165,6 @@ impl Gpu {
             })],
             ..Default::default()
         });
-        pass.set_pipeline(&self.pipeline);
         for (i, (scene, layer)) in (0..).zip(layers) {
             let [from, to] = layer.own;
             pass.set_scissor_rect(from[0], from[1], to[0] - from[0], to[1] - from[1]);
@@ -172,7 +172,11 @@ impl Gpu {
             let tables =
                 if layer.close.is_some() { &scene.close_bindings } else { &scene.bindings };
             pass.set_bind_group(1, tables, &[]);
-            pass.draw(0..3, 0..1);
+            let (corners, rows) = (layer.patches.corners(), layer.patches.rows());
+            for draw in layer.draws() {
+                pass.set_pipeline(&self.pipelines[draw as usize]);
+                pass.draw(draw * corners..(draw + 1) * corners, 0..rows);
+            }
         }
         Ok(())
     }
@@ -254,7 +258,7 @@ impl Gpu {
 fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
     let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
         binding,
-        visibility: wgpu::ShaderStages::FRAGMENT,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
         ty,
         count: None,
     };
@@ -282,11 +286,11 @@ fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
     })
 }
 
-fn pipeline(
+fn pipelines(
     device: &wgpu::Device,
     layouts: &[wgpu::BindGroupLayout; 2],
     format: wgpu::TextureFormat,
-) -> wgpu::RenderPipeline {
+) -> [wgpu::RenderPipeline; 2] {
     let source = wgpu::ShaderSource::Wgsl(picture::WGSL.into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -294,26 +298,28 @@ fn pipeline(
         bind_group_layouts: &layouts.each_ref().map(Some),
         immediate_size: 0,
     });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: None,
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some(picture::VERTEX),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: Default::default(),
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(picture::FRAGMENT),
-            compilation_options: Default::default(),
-            targets: &[Some(format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
+    picture::ENTRY_POINTS.map(|[vertex, fragment]| {
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: None,
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(vertex),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: None,
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(fragment),
+                compilation_options: Default::default(),
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
     })
 }
 

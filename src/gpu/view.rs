@@ -2,6 +2,7 @@
 //! `tests/suite/shaders.rs` compares the two field by field.
 
 use super::close::Close;
+use super::patches::Patches;
 use crate::camera::Camera;
 use crate::model::Image;
 use crate::placement::{Placement, SceneView};
@@ -42,6 +43,8 @@ pub(crate) struct Layer {
     pub uniforms: ViewUniforms,
     /// From close by: what takes the place of the scene's own tables.
     pub close: Option<Close>,
+    /// What it is drawn in.
+    pub patches: Patches,
     /// The pixels that it paints: from, to (not included), from the viewport's top left.
     pub own: [[u32; 2]; 2],
 }
@@ -74,7 +77,25 @@ impl Layer {
             uniforms.split = close.split;
             uniforms.flags |= ViewUniforms::CLOSE;
         }
-        Some(Layer { uniforms, close, own: [from, to] })
+        // Sub-samples and outlines look beyond a patch.
+        let patches = match &close {
+            _ if uniforms.samples > 1 || uniforms.reach > 0.0 => None,
+            Some(_) => Some(Patches::CELLS),
+            None => Patches::new(&view, image.block_log2),
+        };
+        if patches.is_some() {
+            uniforms.flags |= ViewUniforms::PATCHES;
+        }
+        let patches = patches.unwrap_or(Patches::ONE);
+        (uniforms.patches, uniforms.first) = (patches.count, patches.first);
+        uniforms.patch_log2 = patches.log2;
+        uniforms.to_clip = size.map(|n| 2.0 / n as f32);
+        Some(Layer { uniforms, close, patches, own: [from, to] })
+    }
+
+    /// Which of the draws paint it: the first is only for what is drawn in patches.
+    pub fn draws(&self) -> std::ops::Range<u32> {
+        u32::from(self.uniforms.flags & ViewUniforms::PATCHES == 0)..2
     }
 }
 
@@ -94,6 +115,12 @@ pub struct ViewUniforms {
     pub middle: [f32; 2],
     /// (scale, shift) that take the fragment's y to the viewport's, which runs from the top.
     pub y_axis: [f32; 2],
+    /// By these, screen pixels become twice the share of the target's width and height.
+    pub to_clip: [f32; 2],
+    /// The patches that the scene is drawn in, along each axis.
+    pub patches: [u32; 2],
+    /// The first of them, counted from the scene's start.
+    pub first: [i32; 2],
     /// From close by: where the cells in sight meet, in pixels of the viewport.
     pub split: [f32; 2],
     /// Pixels of the scene per screen pixel.
@@ -104,7 +131,9 @@ pub struct ViewUniforms {
     pub samples: u32,
     /// log₂ of the width of a block in pixels of the scene.
     pub block_log2: u32,
-    /// [`ANTIALIAS`](Self::ANTIALIAS) and [`STRAIGHT`](Self::STRAIGHT).
+    /// log₂ of the width of a patch in pixels of the scene.
+    pub patch_log2: u32,
+    /// [`ANTIALIAS`](Self::ANTIALIAS) and its like.
     pub flags: u32,
     /// How far outlines reach from boundaries, in screen pixels. With 0 there are none.
     pub reach: f32,
@@ -115,7 +144,7 @@ pub struct ViewUniforms {
 
 impl ViewUniforms {
     /// Bytes of the uniform block.
-    pub const SIZE: usize = 112;
+    pub const SIZE: usize = 144;
     /// In `flags`: blend across boundaries.
     pub const ANTIALIAS: u32 = 1;
     /// In `flags`: give straight colours.
@@ -124,6 +153,8 @@ impl ViewUniforms {
     pub const CLOSE: u32 = 4;
     /// In `flags`: there are outlines to draw.
     pub const OUTLINES: u32 = 8;
+    /// In `flags`: the scene is drawn in patches.
+    pub const PATCHES: u32 = 16;
 
     /// A view of a scene, drawn into `target`.
     pub(crate) fn new(view: &SceneView, block_log2: u8, target: Target, antialias: bool) -> Self {
@@ -148,11 +179,15 @@ impl ViewUniforms {
                 Origin::TopLeft => [1.0, 0.0],
                 Origin::BottomLeft => [-1.0, target.height as f32],
             },
+            to_clip: [0.0; 2],
+            patches: [1; 2],
+            first: [0; 2],
             split: [0.0; 2],
             pixel: pixel as f32,
             sub_pixel: (pixel / f64::from(samples)) as f32,
             samples,
             block_log2: block_log2.into(),
+            patch_log2: 0,
             flags,
             reach: 0.0,
             pattern: [x, y, step, view.source].map(|n| n as f32),
@@ -171,11 +206,15 @@ impl ViewUniforms {
             ints(self.last),
             floats(self.middle),
             floats(self.y_axis),
+            floats(self.to_clip),
+            self.patches,
+            ints(self.first),
             floats(self.split),
             floats([self.pixel, self.sub_pixel]),
             [self.samples, self.block_log2],
-            [self.flags, self.reach.to_bits()],
+            [self.patch_log2, self.flags],
             // What follows is aligned.
+            [self.reach.to_bits(), 0],
             [0; 2],
             floats([self.pattern[0], self.pattern[1]]),
             floats([self.pattern[2], self.pattern[3]]),

@@ -12,10 +12,12 @@ use web_sys::{
     WebGlTexture, WebglLoseContext,
 };
 
-/// A WebGL2 context with the program that paints scenes and a buffer for uniforms in use.
+/// A WebGL2 context with the programs that paint scenes, and a buffer for uniforms in use.
 pub(super) struct WebGl {
     gl: Gl,
     canvas: OffscreenCanvas,
+    /// One for each of the draws: what is plain, and the rest.
+    programs: Vec<WebGlProgram>,
     max_side: u32,
 }
 
@@ -45,19 +47,23 @@ impl WebGl {
             .flatten()
             .and_then(|context| context.dyn_into().ok())
             .ok_or_else(|| Error::Gpu("this browser has no WebGL2".into()))?;
-        let program = link(&gl)?;
-        gl.use_program(Some(&program));
-        for (unit, name) in (0..).zip(picture::GLSL_TEXTURES) {
-            gl.uniform1i(gl.get_uniform_location(&program, name).as_ref(), unit);
+        let mut programs = Vec::with_capacity(picture::GLSL.len());
+        for stages in picture::GLSL {
+            let program = link(&gl, stages)?;
+            gl.use_program(Some(&program));
+            for (unit, name) in (0..).zip(picture::GLSL_TEXTURES) {
+                gl.uniform1i(gl.get_uniform_location(&program, name).as_ref(), unit);
+            }
+            let block = gl.get_uniform_block_index(&program, picture::GLSL_UNIFORMS);
+            gl.uniform_block_binding(&program, block, 0);
+            programs.push(program);
         }
-        let block = gl.get_uniform_block_index(&program, picture::GLSL_UNIFORMS);
-        gl.uniform_block_binding(&program, block, 0);
         let uniforms = gl.create_buffer().ok_or_else(|| lost(&gl))?;
         gl.bind_buffer_base(Gl::UNIFORM_BUFFER, 0, Some(&uniforms));
         // Asked now: a lost context says nothing.
         let max_side = gl.get_parameter(Gl::MAX_TEXTURE_SIZE).ok().and_then(|side| side.as_f64());
         let max_side = max_side.unwrap_or(0.0) as u32;
-        Ok(WebGl { gl, canvas: canvas.clone(), max_side })
+        Ok(WebGl { gl, canvas: canvas.clone(), programs, max_side })
     }
 
     pub fn max_side(&self) -> u32 {
@@ -122,7 +128,11 @@ impl WebGl {
             }
             let bytes = layer.uniforms.to_bytes();
             gl.buffer_data_with_u8_array(Gl::UNIFORM_BUFFER, &bytes, Gl::STREAM_DRAW);
-            gl.draw_arrays(Gl::TRIANGLES, 0, 3);
+            let (corners, rows) = (layer.patches.corners() as i32, layer.patches.rows() as i32);
+            for draw in layer.draws() {
+                gl.use_program(Some(&self.programs[draw as usize]));
+                gl.draw_arrays_instanced(Gl::TRIANGLES, draw as i32 * corners, corners, rows);
+            }
         }
         Ok(())
     }
@@ -184,12 +194,10 @@ fn layout(format: Format) -> (u32, u32) {
     }
 }
 
-fn link(gl: &Gl) -> Result<WebGlProgram> {
+fn link(gl: &Gl, stages: [&str; 2]) -> Result<WebGlProgram> {
     let program = gl.create_program().ok_or_else(|| lost(gl))?;
-    let stages =
-        [(Gl::VERTEX_SHADER, picture::GLSL_VERTEX), (Gl::FRAGMENT_SHADER, picture::GLSL_FRAGMENT)];
     let mut shaders = Vec::with_capacity(2);
-    for (stage, source) in stages {
+    for (stage, source) in [Gl::VERTEX_SHADER, Gl::FRAGMENT_SHADER].into_iter().zip(stages) {
         let shader = gl.create_shader(stage).ok_or_else(|| lost(gl))?;
         gl.shader_source(&shader, source);
         gl.compile_shader(&shader);

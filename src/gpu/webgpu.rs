@@ -23,19 +23,20 @@ const TABLE_USAGE: u32 = 0x02 | 0x04;
 /// `GPUBufferUsage.COPY_DST | GPUBufferUsage.UNIFORM`.
 const UNIFORM_USAGE: u32 = 0x08 | 0x40;
 
-/// `GPUShaderStage.FRAGMENT`.
-const FRAGMENT: u32 = 0x2;
+/// `GPUShaderStage.VERTEX | GPUShaderStage.FRAGMENT`.
+const STAGES: u32 = 0x1 | 0x2;
 /// From one layer's uniforms to the next: what every device allows.
 const UNIFORM_STEP: u32 = 256;
 
-/// A WebGPU device, the pipeline that paints scenes, and the canvas it draws on.
+/// A WebGPU device, the pipelines that paint scenes, and the canvas it draws on.
 pub(super) struct WebGpu {
     device: Device,
     queue: Queue,
     canvas: OffscreenCanvas,
     context: Context,
     layouts: [JsValue; 2],
-    pipeline: JsValue,
+    /// One for each of the draws: what is plain, and the rest.
+    pipelines: [JsValue; 2],
     uniforms: RefCell<Uniforms>,
     failure: Failure,
     /// Called by the device as long as there is one.
@@ -99,11 +100,13 @@ impl WebGpu {
 
         let format = gpu.preferred_canvas_format().into();
         let layouts = bind_group_layouts(&device);
-        let pipeline = wait(
-            device.create_render_pipeline_async(&pipeline(&device, &layouts, &format)),
-            "the WebGPU driver refused the shader",
-        )
-        .await?;
+        let mut pipelines = [const { JsValue::UNDEFINED }; 2];
+        // Both are asked for before the first is waited for.
+        let promised = descriptors(&device, &layouts, &format)
+            .map(|descriptor| device.create_render_pipeline_async(&descriptor));
+        for (pipeline, promise) in pipelines.iter_mut().zip(promised) {
+            *pipeline = wait(promise, "the WebGPU driver refused the shader").await?;
+        }
         let uniforms = RefCell::new(Uniforms::new(&device, &layouts[0], 16));
 
         let no_canvas = || Error::Gpu("this browser gave no WebGPU canvas".into());
@@ -122,7 +125,7 @@ impl WebGpu {
             device,
             context,
             layouts,
-            pipeline,
+            pipelines,
             uniforms,
             failure,
             _on_error: on_error,
@@ -192,14 +195,17 @@ impl WebGpu {
         ]);
         let pass =
             encoder.begin_render_pass(&object([("colorAttachments", &Array::of1(&attachment))]));
-        pass.set_pipeline(&self.pipeline);
         for (i, (scene, layer)) in (0..).zip(layers) {
             let [from, to] = layer.own;
             pass.set_scissor_rect(from[0], from[1], to[0] - from[0], to[1] - from[1]);
             pass.set_bind_group(0, &uniforms.bindings, &Array::of1(&(i * UNIFORM_STEP).into()));
             let bindings = &scene.bindings[usize::from(layer.close.is_some())];
             pass.set_bind_group(1, bindings, &Array::new());
-            pass.draw(3);
+            let (corners, rows) = (layer.patches.corners(), layer.patches.rows());
+            for draw in layer.draws() {
+                pass.set_pipeline(&self.pipelines[draw as usize]);
+                pass.draw(corners, rows, draw * corners);
+            }
         }
         pass.end();
         self.queue.submit(&Array::of1(&encoder.finish()));
@@ -307,7 +313,7 @@ fn message(error: &JsValue) -> String {
 /// The view's uniforms, one block for each layer, and the scene's tables.
 fn bind_group_layouts(device: &Device) -> [JsValue; 2] {
     let entry = |binding: u32, kind: &str, what: Object| {
-        object([("binding", &binding.into()), ("visibility", &FRAGMENT.into()), (kind, &what)])
+        object([("binding", &binding.into()), ("visibility", &STAGES.into()), (kind, &what)])
     };
     let uniforms = entry(0, "buffer", object([("hasDynamicOffset", &true.into())]));
     let tables: Array = (0..)
@@ -318,16 +324,19 @@ fn bind_group_layouts(device: &Device) -> [JsValue; 2] {
         .map(|entries| device.create_bind_group_layout(&object([("entries", &entries)])))
 }
 
-fn pipeline(device: &Device, layouts: &[JsValue; 2], format: &JsValue) -> Object {
+/// What the pipelines are made of.
+fn descriptors(device: &Device, layouts: &[JsValue; 2], format: &JsValue) -> [Object; 2] {
     let groups = Array::of2(&layouts[0], &layouts[1]);
     let layout = device.create_pipeline_layout(&object([("bindGroupLayouts", &groups)]));
     let module = device.create_shader_module(&object([("code", &picture::WGSL.into())]));
-    let vertex = object([("module", &module), ("entryPoint", &picture::VERTEX.into())]);
     let target = object([("format", format)]);
-    let fragment = object([
-        ("module", &module),
-        ("entryPoint", &picture::FRAGMENT.into()),
-        ("targets", &Array::of1(&target)),
-    ]);
-    object([("layout", &layout), ("vertex", &vertex), ("fragment", &fragment)])
+    picture::ENTRY_POINTS.map(|[vertex, fragment]| {
+        let vertex = object([("module", &module), ("entryPoint", &vertex.into())]);
+        let fragment = object([
+            ("module", &module),
+            ("entryPoint", &fragment.into()),
+            ("targets", &Array::of1(&target)),
+        ]);
+        object([("layout", &layout), ("vertex", &vertex), ("fragment", &fragment)])
+    })
 }

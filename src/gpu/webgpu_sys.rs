@@ -74,7 +74,7 @@ extern "C" {
     #[wasm_bindgen(method, js_name = setScissorRect)]
     pub fn set_scissor_rect(this: &Pass, x: u32, y: u32, width: u32, height: u32);
     #[wasm_bindgen(method)]
-    pub fn draw(this: &Pass, vertices: u32);
+    pub fn draw(this: &Pass, vertices: u32, instances: u32, first: u32);
     #[wasm_bindgen(method)]
     pub fn end(this: &Pass);
 

@@ -4,57 +4,67 @@
 #[path = "../../shaders/translate.rs"]
 mod translate;
 
-use translate::{PASSES, Pass, minify, shorten, shorten_values, translate, validate};
+use translate::{
+    Draw, MODULES, Shaders, TEXTURES, UNIFORMS, minify, shorten, shorten_values, translate,
+    validate,
+};
 
-fn wgsl(pass: &Pass) -> String {
+fn wgsl(shaders: &Shaders) -> String {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
-    pass.files.iter().map(|file| std::fs::read_to_string(folder.join(file)).unwrap()).collect()
+    shaders.files.iter().map(|file| std::fs::read_to_string(folder.join(file)).unwrap()).collect()
 }
 
 #[test]
-fn every_pass_is_valid_and_translates_to_webgl2() {
-    for pass in &PASSES {
-        let minified = minify(&wgsl(pass));
-        let short = shorten(&minified, &[pass.vertex, pass.fragment]);
+fn every_draw_is_valid_and_translates_to_webgl2() {
+    for shaders in &MODULES {
+        let minified = minify(&wgsl(shaders));
+        let short = shorten(&minified, &shaders.entry_points());
         assert!(short.len() * 4 < minified.len() * 3, "{} of {}", short.len(), minified.len());
-        for text in [wgsl(pass), minified, short] {
-            let (module, _) = validate(&text).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
-            let glsl = translate(pass, &module).unwrap();
-            for stage in [&glsl.vertex, &glsl.fragment] {
-                let short = shorten_values(&minify(stage));
-                assert!(short.len() * 5 < stage.len() * 4, "{} of {}", short.len(), stage.len());
-                assert!(stage.starts_with("#version 300 es"), "{}: {stage}", pass.name);
-            }
-            for name in glsl.textures.iter().chain([&glsl.uniforms]) {
-                assert!(glsl.fragment.contains(name.as_str()), "{}: {name}", pass.name);
+        for text in [wgsl(shaders), minified, short] {
+            let (module, _) = validate(&text).unwrap_or_else(|e| panic!("{}: {e}", shaders.name));
+            for draw in shaders.draws {
+                let stages = translate(draw, &module).unwrap();
+                for stage in &stages {
+                    let short = shorten_values(&minify(stage));
+                    assert!(short.len() * 10 < stage.len() * 9, "{}", draw.fragment);
+                    assert!(stage.starts_with("#version 300 es"), "{}: {stage}", draw.fragment);
+                }
+                for name in TEXTURES.iter().chain([&UNIFORMS]) {
+                    let declared = format!(" {name}{}", if *name == UNIFORMS { "{" } else { ";" });
+                    let is_there = |stage: &String| minify(stage).contains(&declared);
+                    assert!(stages.iter().any(is_there), "{}: {name}", draw.fragment);
+                }
             }
         }
     }
 }
 
 #[test]
-fn every_shader_file_belongs_to_a_pass() {
+fn every_shader_file_belongs_to_a_module() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
     for entry in std::fs::read_dir(folder).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
-        let used = PASSES.iter().any(|pass| pass.files.contains(&name.as_str()));
-        assert!(used || !name.ends_with(".wgsl"), "{name} is in no pass and would go untested");
+        let used = MODULES.iter().any(|shaders| shaders.files.contains(&name.as_str()));
+        assert!(used || !name.ends_with(".wgsl"), "{name} is in no module and would go untested");
     }
 }
 
 #[test]
 fn a_capability_that_webgl2_lacks_is_refused() {
-    let storage = "@group(0) @binding(0) var<storage> words: array<u32>;\n\
+    let fragment = "@group(0) @binding(0) var<storage> words: array<u32>;\n\
                    @fragment fn paint() -> @location(0) vec4<f32> { return vec4(f32(words[0])); }";
-    let pass = Pass { name: "storage", files: &[], vertex: "cover", fragment: "paint" };
-    let translated = validate(storage).map(|(module, _)| translate(&pass, &module));
+    let storage = format!(
+        "{fragment}\n@vertex fn cover() -> @builtin(position) vec4<f32> {{ return vec4(0.0); }}"
+    );
+    let draw = Draw { vertex: "cover", fragment: "paint" };
+    let translated = validate(&storage).map(|(module, _)| translate(&draw, &module));
     assert!(!matches!(translated, Ok(Ok(_))), "storage buffers would pass unnoticed");
 }
 
 /// The Rust twins are there only with the feature.
 #[cfg(feature = "gpu")]
 mod twins {
-    use super::{PASSES, validate, wgsl};
+    use super::{MODULES, validate, wgsl};
     use istar::MAX_CANDIDATES;
     use istar::gpu::{MAX_SAMPLES, ViewUniforms, WIDTH};
     use naga::{Expression, Literal, Module, TypeInner};
@@ -67,11 +77,15 @@ mod twins {
         last: [9, 10],
         middle: [11.0, 12.0],
         y_axis: [-13.0, 14.0],
+        to_clip: [27.0, 28.0],
+        patches: [29, 30],
+        first: [31, 32],
         split: [20.0, 21.0],
         pixel: 15.0,
         sub_pixel: 16.0,
         samples: 17,
         block_log2: 18,
+        patch_log2: 33,
         flags: 19,
         reach: 22.0,
         pattern: [23.0, 24.0, 25.0, 26.0],
@@ -89,18 +103,22 @@ mod twins {
             ("last", int(&view.last)),
             ("middle", float(&view.middle)),
             ("y_axis", float(&view.y_axis)),
+            ("to_clip", float(&view.to_clip)),
+            ("patches", view.patches.to_vec()),
+            ("first", int(&view.first)),
             ("split", float(&view.split)),
             ("pixel", float(&[view.pixel])),
             ("sub_pixel", float(&[view.sub_pixel])),
             ("samples", vec![view.samples]),
             ("block_log2", vec![view.block_log2]),
+            ("patch_log2", vec![view.patch_log2]),
             ("flags", vec![view.flags]),
             ("reach", float(&[view.reach])),
             ("pattern", float(&view.pattern)),
         ];
         let bytes = view.to_bytes();
-        for pass in &PASSES {
-            let (module, _) = validate(&wgsl(pass)).unwrap();
+        for shaders in &MODULES {
+            let (module, _) = validate(&wgsl(shaders)).unwrap();
             let (_, ty) =
                 module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("View")).unwrap();
             let TypeInner::Struct { members, span } = &ty.inner else {
@@ -127,11 +145,12 @@ mod twins {
             ("STRAIGHT", ViewUniforms::STRAIGHT),
             ("CLOSE", ViewUniforms::CLOSE),
             ("OUTLINES", ViewUniforms::OUTLINES),
+            ("PATCHES", ViewUniforms::PATCHES),
             ("MAX_CANDIDATES", MAX_CANDIDATES as u32),
             ("MAX_SAMPLES", MAX_SAMPLES),
             ("WIDTH_LOG2", WIDTH.trailing_zeros()),
         ];
-        let (module, _) = validate(&wgsl(&PASSES[0])).unwrap();
+        let (module, _) = validate(&wgsl(&MODULES[0])).unwrap();
         for (name, value) in twin {
             assert_eq!(constant(&module, name), Some(value), "{name}");
         }
