@@ -47,7 +47,7 @@ pub use write::{tile_bytes, write, write_with};
 pub use writer::{Assembly, TiledWriter};
 
 /// The version that this crate writes, and the only one it reads.
-pub const VERSION: u16 = 4;
+pub const VERSION: u16 = 5;
 
 /// The first bytes of every file. The first is no ASCII and the last two a line end, so that a
 /// transfer that strips a bit or changes line ends shows at once.

@@ -127,6 +127,7 @@ impl Strip {
     fn row(&mut self, cracks: &Cracks, labels: &[RegionId], y: usize) {
         let [w, h] = cracks.size.map(|n| n as usize);
         let (above, here) = (cracks.row(y), cracks.row(y + 1));
+        let is_inner = |x: usize, y: usize| x >= 2 && x + 2 < w && y >= 2 && y + 2 < h;
         let mut row = Vec::new();
         let mut last: (Vec<RegionId>, Number) = (Vec::new(), CROWDED);
         let mut x = 0;
@@ -137,6 +138,14 @@ impl Strip {
                 continue;
             }
             self.meet(cracks, labels, x, y);
+            if let ([a, b], true) = (&last.0[..], is_inner(x, y))
+                && only(&labels[(y - 2) * w + x - 2..], w, [*a, *b])
+            {
+                // A pixel with a crack beside it has both near.
+                row.push((x as u32, last.1));
+                x += 1;
+                continue;
+            }
             let mut latest = labels[y * w + x];
             let mut list = List { regions: [latest; MOST], length: 1, is_full: false };
             // The pixels around, and those beside them: who has a share in one of their texels.
@@ -221,6 +230,18 @@ fn push<T: PartialEq>(all: &mut Vec<T>, one: T) {
 
 fn sorted([a, b]: [NodeId; 2]) -> [NodeId; 2] {
     [a.min(b), a.max(b)]
+}
+
+/// Whether two regions are all that lie near a pixel, as [`Strip::row`] looks around: `labels` start two rows above
+/// and two columns before it, `w` a row.
+#[inline]
+fn only(labels: &[RegionId], w: usize, [a, b]: [RegionId; 2]) -> bool {
+    let others = |near: &[RegionId]| -> u32 {
+        near.iter().fold(0, |others, &region| others | u32::from(region != a && region != b))
+    };
+    let [first, last] = [0, 4].map(|y| others(&labels[y * w + 1..][..3]));
+    let middle = [1, 2, 3].map(|y| others(&labels[y * w..][..5]));
+    first | middle[0] | middle[1] | middle[2] | last == 0
 }
 
 /// A few regions, sorted.

@@ -1,10 +1,9 @@
 //! How likely a yes is: what adaptive contexts say, mixed in the logistic domain.
 //!
 //! A *context* is a hash of what is known before a decision. Each has a slot with what came of it so
-//! far: a probability that settles, one that stays quick, and the last decisions themselves, which a
-//! second table takes to a probability (what follows "no no yes"?). An *expert* is an opinion of the
-//! caller in log-odds. Weights mix them all; there are several sets of weights, of each the caller
-//! chooses a row, and what the sets say is mixed once more.
+//! far: a probability that settles, and one that stays quick. An *expert* is an opinion of the caller in
+//! log-odds. Weights mix them all; there are several sets of weights, of each the caller chooses a row,
+//! and what the sets say is mixed once more.
 
 use super::coder::Coder;
 use super::logistic::{self, Logistic};
@@ -21,13 +20,11 @@ struct Slot {
     check: u16,
     /// Decisions seen, up to [`SETTLED`].
     seen: u8,
-    /// The last seven decisions, the newest lowest, under a leading 1.
-    history: u8,
 }
 
 impl Slot {
     const fn new(check: u16) -> Self {
-        Slot { settled: 1 << 15, quick: 1 << 15, check, seen: 0, history: NO_HISTORY }
+        Slot { settled: 1 << 15, quick: 1 << 15, check, seen: 0 }
     }
 
     #[inline]
@@ -36,8 +33,7 @@ impl Slot {
             self.settled as u64
                 | (self.quick as u64) << 16
                 | (self.check as u64) << 32
-                | (self.seen as u64) << 48
-                | (self.history as u64) << 56,
+                | (self.seen as u64) << 48,
         )
     }
 }
@@ -55,35 +51,21 @@ impl Word {
             quick: (word >> 16) as u16,
             check: (word >> 32) as u16,
             seen: (word >> 48) as u8,
-            history: (word >> 56) as u8,
         }
     }
-}
-
-/// What follows a history.
-#[derive(Clone, Copy)]
-struct Follow {
-    p: u16,
-    /// Decisions seen, up to [`FOLLOWS`].
-    seen: u8,
 }
 
 /// Decisions after which a slot's mean turns into an average over as many.
 const SETTLED: u8 = 127;
 /// The same of its quick average.
 const QUICK: u8 = 4;
-/// The same of what follows a history.
-const FOLLOWS: u8 = 60;
-
-/// No history yet.
-const NO_HISTORY: u8 = 1;
 
 /// Nothing is less likely than this, in 65536ths: a decision that is taken for certain still costs
 /// something, so that few bytes cannot ask for much work.
 const LEAST: i32 = 16;
 
 /// Inputs to the mixer that a context gives.
-const PER_CONTEXT: usize = 3;
+const PER_CONTEXT: usize = 2;
 
 /// How much a slot's opinion counts, in 256ths, by the decisions it has seen: all the same from some number on.
 const TRUST: [i32; 256] = {
@@ -127,11 +109,9 @@ pub struct Predictor<const CONTEXTS: usize, const SETS: usize> {
     /// Two by two: a context has its place in one pair.
     slots: Vec<[Word; 2]>,
     slots_log2: u32,
-    /// By context and history.
-    follows: Box<[[Follow; 256]; CONTEXTS]>,
     /// Where this decision's slots are.
     places: [usize; CONTEXTS],
-    /// Three a context, then the experts, then a constant.
+    /// Two a context, then the experts, then a constant.
     inputs: Vec<[i16; LANES]>,
     /// Room for as many copies of what a set was wrong by.
     errors: Vec<[i16; LANES]>,
@@ -164,7 +144,6 @@ impl<const CONTEXTS: usize, const SETS: usize> Predictor<CONTEXTS, SETS> {
         Predictor {
             slots: vec![[Slot::new(0).pack(); 2]; 1 << (slots_log2 - 1)],
             slots_log2,
-            follows: Box::new([[Follow { p: 1 << 15, seen: 0 }; 256]; CONTEXTS]),
             places: [0; CONTEXTS],
             inputs: vec![[0; LANES]; inputs],
             errors: vec![[0; LANES]; inputs],
@@ -230,8 +209,8 @@ impl<const CONTEXTS: usize, const SETS: usize> Predictor<CONTEXTS, SETS> {
         // Most of them are far away in memory: all are sent for before the first is looked at.
         black_box(scattered.map(|scattered| self.slots[place(scattered) / 2][0]));
         let each = from_contexts.as_chunks_mut::<PER_CONTEXT>().0.iter_mut();
-        let each = each.zip(&*self.follows).zip(&mut self.places);
-        for (&scattered, ((inputs, follows), kept)) in scattered.iter().zip(each) {
+        let each = each.zip(&mut self.places);
+        for (&scattered, (inputs, kept)) in scattered.iter().zip(each) {
             let place = (scattered >> (32 - self.slots_log2)) as usize;
             let check = scattered as u16;
             let pair = &mut self.slots[place / 2];
@@ -245,11 +224,7 @@ impl<const CONTEXTS: usize, const SETS: usize> Predictor<CONTEXTS, SETS> {
             };
             inputs[0] =
                 ((logistic.stretch(slot.settled) * TRUST[usize::from(slot.seen)]) >> 8) as i16;
-            inputs[1] = match slot.seen {
-                0 => 0,
-                _ => logistic.stretch(follows[usize::from(slot.history)].p) as i16,
-            };
-            inputs[2] = ((i32::from(slot.quick) - (1 << 15)) >> 5) as i16;
+            inputs[1] = ((i32::from(slot.quick) - (1 << 15)) >> 5) as i16;
         }
     }
 
@@ -285,16 +260,12 @@ impl<const CONTEXTS: usize, const SETS: usize> Predictor<CONTEXTS, SETS> {
                 adjust(&mut set.weights[set.row * n..][..n], &self.inputs, &self.errors);
             }
         }
-        for (&place, follows) in self.places.iter().zip(&mut *self.follows) {
+        for &place in &self.places {
             let word = &mut self.slots[place / 2][place % 2];
             let mut slot = word.slot();
-            let follow = &mut follows[usize::from(slot.history)];
-            follow.p = toward(follow.p, target, SHARES[usize::from(follow.seen)]);
-            follow.seen = (follow.seen + 1).min(FOLLOWS);
             slot.settled = toward(slot.settled, target, SHARES[usize::from(slot.seen)]);
             slot.quick = toward(slot.quick, target, QUICK_SHARES[usize::from(slot.seen)]);
             slot.seen = (slot.seen + 1).min(SETTLED);
-            slot.history = slot.history << 1 | slot.history & 128 | u8::from(bit);
             *word = slot.pack();
         }
     }

@@ -81,7 +81,7 @@ fn another_magic_version_or_chunk_has_its_own_message() {
     };
     assert!(with(1, b'X').to_string().contains("not an IStar file"));
     assert!(matches!(with(8, 9), Error::Unsupported(_)), "version");
-    for old in 0..4 {
+    for old in 0..5 {
         let error = with(8, old).to_string();
         assert!(error.contains(&format!("unsupported version {old}")), "{error}");
     }

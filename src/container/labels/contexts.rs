@@ -8,27 +8,22 @@ use super::path::{AHEAD, Fit, LEFT, Pass, Path, RIGHT, Recent};
 use super::tracker::{Habit, Normal, Side, Tracker};
 use crate::entropy::{Logistic, hash};
 
-/// Curves that are laid through the end of a path: corners, and degree.
-const FITS: [(usize, usize); 8] =
-    [(6, 1), (9, 1), (14, 1), (22, 1), (34, 1), (52, 1), (24, 2), (48, 2)];
-pub const CURVES: usize = FITS.len();
+/// Corners at the end of a path that lines are laid through.
+const FITS: [usize; 3] = [9, 14, 34];
+const LINES: usize = FITS.len();
 
-/// What curves are taken for: long and smooth, and less so.
-const HABITS: [Habit; 3] = [
-    Habit { bend: 2.5e-11, turn: 1e-8, blur: 2e-3 },
-    Habit { bend: 1e-8, turn: 1e-6, blur: 1e-3 },
-    Habit { bend: 1e-4, turn: 4e-4, blur: 4e-4 },
-];
-const TRACKERS: usize = HABITS.len();
-/// Opinions about a step.
-pub const EXPERTS: usize = CURVES + TRACKERS;
+/// What a curve is taken for: long and smooth.
+const HABIT: Habit = Habit { bend: 2.5e-11, turn: 1e-8, blur: 2e-3 };
+
+/// Opinions about a step: each line's, then the tracker's.
+pub const EXPERTS: usize = LINES + 1;
 
 /// Contexts of a step.
-pub const STEP_CONTEXTS: usize = 15 + TRACKERS;
+pub const STEP_CONTEXTS: usize = 9;
 /// Rows of the mixer's sets that [`Step::rows`] chooses from.
-pub const STEP_ROWS: [usize; 5] = [32, 180, 60, 10 * CURVES, 24 * 8];
+pub const STEP_ROWS: [usize; 5] = [32, 180, 60, 10 * LINES, 24 * 8];
 /// Contexts of a branch.
-pub const BRANCH_CONTEXTS: usize = 6;
+pub const BRANCH_CONTEXTS: usize = 3;
 /// Rows of one of the mixer's sets that [`Branch::row`] chooses from.
 pub const BRANCH_ROWS: usize = 16;
 
@@ -48,7 +43,7 @@ pub struct Head<'a> {
 }
 
 /// How far ahead and aside is looked.
-const SIGHT: i32 = 9;
+const SIGHT: i32 = 3;
 
 impl<'a> Head<'a> {
     /// After so many steps from where the component started, at a corner that was reached in some
@@ -97,24 +92,6 @@ impl<'a> Head<'a> {
         ring
     }
 
-    /// Steps to the next seen corner in a direction, at most 10.
-    #[inline]
-    fn ray(&self, ahead: i32, left: i32) -> u32 {
-        if let Some((at, steps)) = self.inner {
-            let step = ahead * steps[0] + left * steps[1];
-            let mut at = at;
-            for n in 1..=SIGHT {
-                at = at.wrapping_add_signed(step);
-                if self.lattice.seen_at(at) {
-                    return n as u32;
-                }
-            }
-            return SIGHT as u32 + 1;
-        }
-        let steps = 1..=SIGHT;
-        steps.into_iter().find(|&n| self.seen(n * ahead, n * left) == 1).unwrap_or(SIGHT + 1) as u32
-    }
-
     /// Where the component started: ahead and to the left, each −9..=9.
     fn homeward(&self) -> u32 {
         let (x, y) = (self.origin.x - self.corner.x, self.origin.y - self.corner.y);
@@ -130,9 +107,9 @@ fn newest(turns: u64, n: u32) -> u64 {
     turns & ((1 << (2 * n)) - 1)
 }
 
-/// What is known of the curves that a chain may follow.
+/// What is known of the curve that a chain may follow.
 pub struct Curves {
-    fits: [Fit; CURVES],
+    fits: [Fit; LINES],
     normal: Normal,
     pub state: State,
 }
@@ -140,26 +117,26 @@ pub struct Curves {
 /// What of it changes with each step.
 #[derive(Clone)]
 pub struct State {
-    /// How well each curve has told the last eight steps: a bit each, 1 for a miss, the newest lowest.
-    misses: [u8; CURVES],
-    trackers: [Tracker; TRACKERS],
+    /// How well each line has told the last eight steps: a bit each, 1 for a miss, the newest lowest.
+    misses: [u8; LINES],
+    tracker: Tracker,
 }
 
 impl Curves {
     pub fn new() -> Self {
-        let state = State { misses: [0; CURVES], trackers: HABITS.map(Tracker::new) };
-        Curves { fits: FITS.map(|(n, degree)| Fit::new(n, degree)), normal: Normal::new(), state }
+        let state = State { misses: [0; LINES], tracker: Tracker::new(HABIT) };
+        Curves { fits: FITS.map(Fit::new), normal: Normal::new(), state }
     }
 
     /// A chain starts at a corner.
     pub fn start(&mut self, corner: Corner, d: u32) {
-        self.state.misses = [0; CURVES];
-        self.state.trackers.iter_mut().for_each(|tracker| tracker.start(corner, d));
+        self.state.misses = [0; LINES];
+        self.state.tracker.start(corner, d);
     }
 
     /// A chain has come to a corner.
     pub fn advance(&mut self, corner: Corner) {
-        self.state.trackers.iter_mut().for_each(|tracker| tracker.advance(corner));
+        self.state.tracker.advance(corner);
     }
 
     /// Notes how a chain goes on from a corner that was reached in direction `d`.
@@ -168,30 +145,13 @@ impl Curves {
             *misses = *misses << 1 | u8::from((lead > 0) != (turn == AHEAD));
         }
         let [_, right] = corner.pixels_ahead(d);
-        // One tracker does not wait for another.
-        let mut corners = [false; TRACKERS];
-        for ((tracker, &left), is_corner) in
-            self.state.trackers.iter_mut().zip(&step.left).zip(&mut corners)
-        {
-            *is_corner = Tracker::is_corner(tracker.learn(&self.normal, left, turn != LEFT));
-        }
-        for (tracker, is_corner) in self.state.trackers.iter_mut().zip(corners) {
-            let right = tracker.side(right);
-            let likely = tracker.learn(&self.normal, right, turn == RIGHT);
-            if is_corner || Tracker::is_corner(likely) {
-                tracker.turn_at(corner, super::trace::turned(d, turn), d);
-            }
+        let tracker = &mut self.state.tracker;
+        let likely = tracker.learn(&self.normal, step.left, turn != LEFT);
+        let then = tracker.learn(&self.normal, tracker.side(right), turn == RIGHT);
+        if Tracker::is_corner(likely) || Tracker::is_corner(then) {
+            tracker.turn_at(corner, super::trace::turned(d, turn), d);
         }
     }
-}
-
-/// How many of the last eight steps each curve has missed: the ones of each byte, all bytes at once.
-fn missed(misses: [u8; CURVES]) -> [u8; CURVES] {
-    const EACH: u64 = 0x0101_0101_0101_0101;
-    let bits = u64::from_le_bytes(misses);
-    let pairs = bits - (bits >> 1 & (0x55 * EACH));
-    let fours = (pairs & (0x33 * EACH)) + (pairs >> 2 & (0x33 * EACH));
-    ((fours + (fours >> 4)) & (0x0f * EACH)).to_le_bytes()
 }
 
 /// A number of standard deviations as a small number.
@@ -210,7 +170,7 @@ fn scale(spread: f64) -> u64 {
     ((above >> DIGITS) + 1).clamp(0, 7) as u64
 }
 
-/// What a tracker says of the step from a corner.
+/// What the tracker says of the step from a corner.
 struct Outlook {
     /// Where the two pixels ahead are, and how well that is known.
     class: u64,
@@ -224,7 +184,8 @@ struct Outlook {
     left: Side,
 }
 
-fn outlook(curves: &Curves, logistic: &Logistic, tracker: &Tracker, head: &Head<'_>) -> Outlook {
+fn outlook(curves: &Curves, logistic: &Logistic, head: &Head<'_>) -> Outlook {
+    let tracker = &curves.state.tracker;
     let [left, right] = head.corner.pixels_ahead(head.direction).map(|pixel| tracker.side(pixel));
     let below = |side: Side| curves.normal.below(side.z);
     // That the curve passes to the left of both pixels, to the right, or between.
@@ -251,7 +212,7 @@ fn outlook(curves: &Curves, logistic: &Logistic, tracker: &Tracker, head: &Head<
     }
 }
 
-/// A curve's pass as a small number. `None`, and what is far off, has its own.
+/// A line's pass as a small number. `None`, and what is far off, has its own.
 fn class_of(pass: Option<Pass>, hand: i64) -> [u64; 2] {
     let Some(pass) = pass else { return [59, 0] };
     let offset = ((hand * pass.offset) >> 12).clamp(-28, 27) + 28;
@@ -263,11 +224,11 @@ fn class_of(pass: Option<Pass>, hand: i64) -> [u64; 2] {
 pub struct Step {
     pub contexts: [u32; STEP_CONTEXTS],
     pub rows: [usize; 5],
-    /// Log-odds, by each curve, of a step ahead; and, where there is none, of one to the right.
+    /// Log-odds, by each expert, of a step ahead; and, where there is none, of one to the right.
     pub ahead: [i32; EXPERTS],
     pub aside: [i32; EXPERTS],
-    /// Where each tracker believes the pixel ahead on the left.
-    left: [Side; TRACKERS],
+    /// Where the tracker believes the pixel ahead on the left.
+    left: Side,
 }
 
 impl Step {
@@ -275,15 +236,10 @@ impl Step {
         let turns = head.path.turns();
         let hand = i64::from(head.hand());
         let recent = Recent::new(head.path);
-        let (mut passes, mut classes) = ([None; CURVES], [[0; 2]; CURVES]);
-        for ((fit, pass), class) in curves.fits.iter().zip(&mut passes).zip(&mut classes) {
-            *pass = fit.pass(&recent, head.direction);
-            *class = class_of(*pass, hand);
-        }
+        let passes = curves.fits.each_ref().map(|fit| fit.pass(&recent, head.direction));
+        let classes = passes.map(|pass| class_of(pass, hand));
         let opinion = |value: i64| (value >> 6).clamp(-1023, 1023) as i32;
         // A step ahead parts two pixels, half a pixel to both sides of it.
-        let trackers = curves.state.trackers.each_ref();
-        let outlooks = trackers.map(|tracker| outlook(curves, logistic, tracker, head));
         let (mut ahead, mut aside) = ([0; EXPERTS], [0; EXPERTS]);
         for (k, pass) in passes.iter().enumerate() {
             if let Some(pass) = pass {
@@ -291,21 +247,19 @@ impl Step {
                 aside[k] = opinion(-hand * pass.offset);
             }
         }
-        for (k, outlook) in (CURVES..).zip(&outlooks) {
-            (ahead[k], aside[k]) = (outlook.ahead, outlook.aside);
-        }
-        // The curve that did best of late; of equal ones, the one that sees farthest.
-        let missed = missed(curves.state.misses);
-        let record =
-            |k: usize| u64::from(missed[k].min(4) * 2) + u64::from(curves.state.misses[k] & 1);
-        let mut best = 0;
-        let mut least = u8::MAX;
-        for k in (0..CURVES).rev() {
-            let misses = missed[k] * 2 + (curves.state.misses[k] & 1);
-            if passes[k].is_some() && misses < least {
-                (best, least) = (k, misses);
+        let outlook = outlook(curves, logistic, head);
+        (ahead[LINES], aside[LINES]) = (outlook.ahead, outlook.aside);
+        // The line that did best of late; of equal ones, the one that sees farthest.
+        let misses = &curves.state.misses;
+        let missed = misses.map(|misses| misses.count_ones());
+        let (mut best, mut least) = (0, u32::MAX);
+        for k in (0..LINES).rev() {
+            let missed = missed[k] * 2 + u32::from(misses[k] & 1);
+            if passes[k].is_some() && missed < least {
+                (best, least) = (k, missed);
             }
         }
+        let record = u64::from(missed[best].min(4) * 2) + u64::from(misses[best] & 1);
 
         let ring = head.ring([
             (1, 1),
@@ -319,11 +273,9 @@ impl Step {
             (1, -2),
             (3, 0),
         ]);
-        let rays = head.ray(1, 0) | head.ray(0, 1) << 4 | head.ray(0, -1) << 8;
         let offset = |k: usize| classes[k][0];
         let both = |k: usize| classes[k][0] | classes[k][1] << 8;
         let last = |n: u32| newest(turns, n);
-        let told = |k: usize| both(k) | record(k) << 16 | last(1) << 20;
         let home = u64::from(head.homeward()) | u64::from(head.path.turned()) << 10;
         let mut number = 0;
         let contexts = [
@@ -331,20 +283,11 @@ impl Step {
             last(11),
             last(20),
             last(28),
-            both(1) | last(1) << 16,
-            both(4) | last(1) << 16,
-            both(6) | last(1) << 16,
-            both(7) | last(1) << 16,
-            offset(1) | offset(3) << 8 | offset(5) << 16 | last(1) << 24,
+            both(0) | last(1) << 16,
             u64::from(ring) | last(2) << 16,
-            u64::from(rays) | last(2) << 16,
             home | last(2) << 12 | u64::from(head.steps.min(12)) << 20,
-            told(6),
-            told(7),
-            told(best) | (best as u64) << 24,
-            outlooks[0].class | last(1) << 20,
-            outlooks[1].class | last(1) << 20,
-            outlooks[2].class | last(1) << 20,
+            both(best) | record << 16 | last(1) << 20 | (best as u64) << 24,
+            outlook.class | last(1) << 20,
         ]
         .map(|context| {
             number += 1;
@@ -352,13 +295,12 @@ impl Step {
         });
         let rows = [
             last(2) as usize * 2 + usize::from(ring != 0),
-            offset(2) as usize * 3 + (last(1) as usize).min(2),
-            offset(4) as usize,
-            best * 10 + record(best) as usize,
-            (outlooks[1].likely * 8 + outlooks[1].scale) as usize,
+            offset(1) as usize * 3 + (last(1) as usize).min(2),
+            offset(2) as usize,
+            best * 10 + record as usize,
+            (outlook.likely * 8 + outlook.scale) as usize,
         ];
-        let left = outlooks.each_ref().map(|outlook| outlook.left);
-        Step { contexts, rows, ahead, aside, left }
+        Step { contexts, rows, ahead, aside, left: outlook.left }
     }
 
     /// Its contexts where so much is known of the corner: see [`number`](super::trace::number).
@@ -377,11 +319,9 @@ pub struct Branch {
 impl Branch {
     pub fn new(head: &Head<'_>) -> Self {
         let turns = head.path.turns();
-        let places = [(1, 1), (1, -1), (2, 0), (0, 2), (0, -2), (-1, 1), (-1, -1)];
-        let ring = u64::from(head.ring(places));
         let last = |n: u32| newest(turns, n);
         let mut number = 0;
-        let contexts = [0, ring, last(2), last(6), last(4) | ring << 32, last(12)].map(|context| {
+        let contexts = [0, last(2), last(6)].map(|context| {
             number += 1;
             hash(context ^ number << 58)
         });

@@ -105,22 +105,22 @@ impl Lattice {
         let rows = self.marks.chunks_exact_mut(width + 1).skip(1).zip(numbers.chunks_exact(width));
         for (y, (marks, row)) in rows.enumerate() {
             let above = y.checked_sub(1).map_or(row, |y| &numbers[y * width..][..width]);
-            for (k, marks) in marks.chunks_mut(8).enumerate() {
-                if let Ok(eight) = <[u8; 8]>::try_from(&*marks)
-                    && u64::from_ne_bytes(eight) & EIGHT == 0
-                {
-                    marks.fill(0);
-                    continue;
-                }
-                for (x, mark) in (8 * k..).zip(marks) {
-                    // Damaged bytes can tell of cracks that part nothing.
-                    let parts =
-                        |beside: Option<&u32>| row.get(x).is_some_and(|n| Some(n) != beside);
-                    let down = x > 0 && parts(row.get(x - 1));
-                    let own = (u8::from(parts(above.get(x))) * RIGHT) | (u8::from(down) * DOWN);
-                    *mark &= own;
+            let own = |x: usize| {
+                // Damaged bytes can tell of cracks that part nothing.
+                let parts = |beside: Option<&u32>| row.get(x).is_some_and(|n| Some(n) != beside);
+                let down = x > 0 && parts(row.get(x - 1));
+                (u8::from(parts(above.get(x))) * RIGHT) | (u8::from(down) * DOWN)
+            };
+            let (eights, rest) = marks.as_chunks_mut::<8>();
+            let whole = 8 * eights.len();
+            for (k, eight) in eights.iter_mut().enumerate() {
+                let marked = u64::from_ne_bytes(*eight) & EIGHT;
+                *eight = marked.to_ne_bytes();
+                if marked != 0 {
+                    (8 * k..).zip(eight).for_each(|(x, mark)| *mark &= own(x));
                 }
             }
+            (whole..).zip(rest).for_each(|(x, mark)| *mark &= own(x));
         }
         // Corners below the last pixels have none.
         let last = self.marks.len() - 2 * (width + 1);

@@ -1,4 +1,4 @@
-//! The way that led to a corner, and where curves through it point.
+//! The way that led to a corner, and where lines through it point.
 
 use super::lattice::{Corner, Lattice};
 
@@ -8,7 +8,7 @@ pub const LEFT: u32 = 1;
 pub const RIGHT: u32 = 2;
 
 /// Steps back that anything here looks.
-pub const MEMORY: usize = 52;
+pub const MEMORY: usize = 34;
 
 /// Sums are taken over so many corners at a time.
 const LANES: usize = 8;
@@ -120,7 +120,7 @@ impl Path {
 /// Places along an axis as seen from the newest, which is the last: no two are far apart.
 type Near = [[i16; LANES]; REACH / LANES];
 
-/// The last corners of a path, along each axis, for curves to be laid through.
+/// The last corners of a path, along each axis, for lines to be laid through.
 pub struct Recent {
     along: [Near; 2],
     /// How many there are.
@@ -144,56 +144,50 @@ impl Recent {
     }
 }
 
-/// A curve through the last corners of a path, by least squares over the number of steps: a line, or
-/// for large windows a parabola.
+/// A line through the last corners of a path, by least squares over the number of steps.
 pub struct Fit {
     corners: usize,
-    /// For each corner, newest last, its weight in the curve's place half a step ahead, in 2⁻¹⁴. Before
+    /// For each corner, newest last, its weight in the line's place half a step ahead, in 2⁻¹⁴. Before
     /// the first there are zeros.
     place: Vec<[i16; LANES]>,
-    /// The same in the curve's direction there, in 2⁻¹⁶.
+    /// The same in the line's direction, in 2⁻¹⁶.
     direction: Vec<[i16; LANES]>,
 }
 
 /// 1 in fixed point, as far as products with it fit.
 const ONE: u64 = 1 << 34;
 
-/// Where a curve passes the middle of the crack ahead.
+/// Where a line passes the middle of the crack ahead.
 #[derive(Clone, Copy, Default)]
 pub struct Pass {
-    /// How far to the right of the curve the middle of the crack ahead is, in 65536ths of a pixel.
+    /// How far to the right of the line the middle of the crack ahead is, in 65536ths of a pixel.
     pub offset: i64,
-    /// How far the curve leads ahead, and to the right, per step; the two's sizes add up to 65536.
+    /// How far the line leads ahead, and to the right, per step; the two's sizes add up to 65536.
     pub ahead: i64,
     pub right: i64,
 }
 
 impl Fit {
-    /// A curve of degree 1 or 2 through `n` corners.
-    pub fn new(n: usize, degree: usize) -> Self {
-        // Orthogonal polynomials over u = 1 − n, 3 − n, …, n − 1.
+    /// A line through `n` corners.
+    pub fn new(n: usize) -> Self {
+        // Orthogonal polynomials over u = 1 − n, 3 − n, …, n − 1, which falls by two a step: 1 and u.
         let n = n as i64;
-        let value = |k: usize, u: i64| [1, u, 3 * u * u - (n * n - 1)][k];
-        let slope = |k: usize, u: i64| [0, 1, 6 * u][k];
         let us = || (0..n).map(|i| 2 * i + 1 - n);
-        let norm: [i64; 3] = std::array::from_fn(|k| us().map(|u| value(k, u).pow(2)).sum());
+        let norm: i64 = us().map(|u| u * u).sum();
         let ahead = -n;
-        let weights = |scale: i64, of: &dyn Fn(usize) -> i64| -> Vec<[i16; LANES]> {
-            let part = |k: usize, u| of(k) * value(k, u) * scale / norm[k];
-            let weight = |u: i64| (0..=degree).map(|k| part(k, u)).sum::<i64>() as i16;
+        let weights = |weight: &dyn Fn(i64) -> i64| -> Vec<[i16; LANES]> {
             let mut weights = vec![0; (n as usize).next_multiple_of(LANES) - n as usize];
-            weights.extend(us().rev().map(weight));
+            weights.extend(us().rev().map(|u| weight(u) as i16));
             weights.as_chunks().0.to_vec()
         };
-        // u falls by two a step.
         Fit {
             corners: n as usize,
-            place: weights(1 << 14, &|k| value(k, ahead)),
-            direction: weights(1 << 16, &|k| -2 * slope(k, ahead)),
+            place: weights(&|u| (1 << 14) / n + ((ahead * u) << 14) / norm),
+            direction: weights(&|u| -2 * (u << 16) / norm),
         }
     }
 
-    /// How the curve passes the crack from the path's end in direction `d`; none where the path is too
+    /// How the line passes the crack from the path's end in direction `d`; none where the path is too
     /// short.
     #[inline]
     pub fn pass(&self, recent: &Recent, d: u32) -> Option<Pass> {
@@ -242,23 +236,19 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_continued_and_a_parabola_by_those_of_degree_two() {
+    fn a_line_is_continued() {
         // One step right, one down: a diagonal through the middles of its steps.
         let diagonal = path((0..100).map(|i| (i / 2 + i % 2, i / 2)));
-        for (n, degree) in [(6, 1), (52, 1), (12, 2), (48, 2)] {
-            let pass = Fit::new(n, degree).pass(&Recent::new(&diagonal), 1).unwrap();
+        for n in [6, 14, 34] {
+            let pass = Fit::new(n).pass(&Recent::new(&diagonal), 1).unwrap();
             assert!(pass.offset.abs() < 30_000 && (pass.ahead - 32768).abs() < 8000, "{n}");
             assert!((pass.ahead.abs() + pass.right.abs() - 65536).abs() <= 2);
         }
-        // Not a way of unit steps, but a parabola to the last digit: only the fit is looked at.
-        let parabola = path((-20..=0).map(|i| (4 * i, i * i)));
-        let pass = Fit::new(12, 2).pass(&Recent::new(&parabola), 0).unwrap();
-        assert!((pass.ahead - 65536 * 4 / 5).abs() < 200, "{}", pass.ahead);
     }
 
     #[test]
     fn a_short_path_has_no_curve() {
-        assert!(Fit::new(6, 1).pass(&Recent::new(&path((0..5).map(|i| (i, 0)))), 0).is_none());
+        assert!(Fit::new(6).pass(&Recent::new(&path((0..5).map(|i| (i, 0)))), 0).is_none());
     }
 
     #[test]

@@ -120,7 +120,7 @@ fn the_bytes_stay_as_they_are() {
     let hex: String = coded.bytes.iter().map(|byte| format!("{byte:02x}")).collect();
     assert_eq!(
         (hex.as_str(), coded.order.as_slice()),
-        ("032291102202a3970a747abb", &[1, 0, 5][..])
+        ("0322a266a1973347c5de3003600c", &[1, 0, 5][..])
     );
 }
 
