@@ -338,16 +338,11 @@ fn place_at(screen: vec2<f32>) -> Place {
     return Place(pixel, clamp(from_anchor - vec2<f32>(pixel - view.anchor), vec2(0.0), vec2(1.0)));
 }
 
-// A place in a cell that starts at a pixel, in widths of the cell.
-fn within(place: Place, first: vec2<i32>, cell_log2: u32) -> vec2<f32> {
-    return (vec2<f32>(place.pixel - first) + place.fraction) / f32(1u << cell_log2);
-}
-
 fn decode(place: Place) -> Decoded {
     let cell = cell_of(vec2<u32>(place.pixel));
-    let first = place.pixel & vec2(-1i << cell.log2);
-    let u = within(place, first, cell.log2);
-    return decode_cell(cell.word, u, view.sub_pixel / f32(1u << cell.log2));
+    let width = f32(1u << cell.log2);
+    let within = place.pixel & vec2((1i << cell.log2) - 1i);
+    return decode_cell(cell.word, (vec2<f32>(within) + place.fraction) / width, view.sub_pixel / width);
 }
 
 fn decode_close(screen: vec2<f32>) -> Decoded {

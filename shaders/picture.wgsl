@@ -41,11 +41,13 @@ struct Corner {
     @location(0) @interpolate(flat) c0: vec4<u32>,
     @location(1) @interpolate(flat) c1: vec4<u32>,
     @location(2) @interpolate(flat) c2: vec4<u32>,
-    // Its first pixel, and log2 of its width.
-    @location(3) @interpolate(flat) cell: vec3<i32>,
     // The colours of both sides, premultiplied.
-    @location(4) @interpolate(flat) positive: vec4<f32>,
-    @location(5) @interpolate(flat) negative: vec4<f32>,
+    @location(3) @interpolate(flat) positive: vec4<f32>,
+    @location(4) @interpolate(flat) negative: vec4<f32>,
+    // The place in the cell, in units of which `per_cell` is a pixel. From corner to corner of a patch it has digits
+    // enough.
+    @location(5) u: vec2<f32>,
+    @location(6) @interpolate(flat) per_cell: f32,
 }
 
 @vertex
@@ -69,19 +71,27 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
         & (is_solid | ((cell.word >> COUNT_SHIFT) == 2u))
         & (((view.flags & CLOSE) != 0u) | (cell.log2 >= view.patch_log2))
         & ((motif_of(positive) | motif_of(negative)) == 0u);
-    var position = vec4(0.0);
-    if is_plain == (vertex < 6u * view.patches.x) {
-        position = corner(vertex, row);
+    var position = corner(vertex, row);
+    var u = (vec2(position.x, -position.y) + 1.0) / view.to_clip - view.middle;
+    var per_cell = 1.0;
+    if (view.flags & CLOSE) == 0u {
+        let first = ((vec2<i32>(at) + view.first) << vec2(view.patch_log2)) & vec2(-1i << cell.log2);
+        let width = f32(1u << cell.log2);
+        u = (vec2<f32>(view.anchor - first) + (view.offset + u * view.pixel)) / width;
+        per_cell = view.pixel / width;
     }
-    let first = ((vec2<i32>(at) + view.first) << vec2(view.patch_log2)) & vec2(-1i << cell.log2);
+    if is_plain != (vertex < 6u * view.patches.x) {
+        position = vec4(0.0);
+    }
     return Corner(
         position,
         cut.c0,
         cut.c1,
         cut.c2,
-        vec3(first, i32(cell.log2)),
         premultiplied(positive.x),
         premultiplied(negative.x),
+        u,
+        per_cell,
     );
 }
 
@@ -103,14 +113,7 @@ fn finished(color: vec4<f32>, middle: vec2<f32>) -> vec4<f32> {
 @fragment
 fn paint_plain(plain: Corner) -> @location(0) vec4<f32> {
     let middle = middle_of(plain.position);
-    var u = middle - view.middle;
-    var per_cell = 1.0;
-    if (view.flags & CLOSE) == 0u {
-        let log2 = u32(plain.cell.z);
-        u = within(place_at(middle), plain.cell.xy, log2);
-        per_cell = view.sub_pixel / f32(1u << log2);
-    }
-    let cut = cut_at(Columns(plain.c0, plain.c1, plain.c2), u, per_cell);
+    let cut = cut_at(Columns(plain.c0, plain.c1, plain.c2), plain.u, plain.per_cell);
     let own = own_share(cut);
     let share = select(1.0 - own, own, cut.at.x > 0.0);
     return finished(mix(plain.negative, plain.positive, share), middle);
