@@ -13,6 +13,9 @@ use std::ops::Range;
 
 /// Bytes of the header: before the root of the directory.
 pub const HEADER_BYTES: usize = 40;
+/// Where in the header its flags are. They tell what is in the root, for those who do not read it.
+#[cfg(feature = "encode")]
+pub(super) const FLAGS_AT: usize = 30;
 /// Bytes that a reader asks for first, if the file has as many: the head of most files is in there, and
 /// all of a small one.
 pub const FIRST_BYTES: u64 = 16 << 10;
@@ -111,8 +114,7 @@ impl Index {
         let mut from = Reader::new("header", &header[MAGIC.len() + 2..]);
         let [dimension, components, kernel, gamma, block_log2, payload] = from.array()?;
         let [width, height, depth] = [from.u32()?, from.u32()?, from.u32()?];
-        let [tile_log2, levels] = from.array()?;
-        let reserved = from.u16()?;
+        let [tile_log2, levels, flags, reserved] = from.array()?;
         let root_length = from.u32()?;
         let crc = from.u32()?;
         let end = HEADER_BYTES as u64 + u64::from(root_length);
@@ -126,7 +128,7 @@ impl Index {
         if crc != crc32(&[&header[..unsigned], root].concat()) {
             return Err(Error::malformed("head", "its checksum does not match: it is damaged"));
         }
-        if reserved != 0 {
+        if flags > 1 || reserved != 0 {
             return Err(Error::malformed("header", "a field out of range"));
         }
         if (dimension, components, depth) != (2, 3, 1) {

@@ -13,6 +13,8 @@ mod label_file;
 mod labels;
 mod layout;
 #[cfg(feature = "encode")]
+mod names;
+#[cfg(feature = "encode")]
 mod notes;
 #[cfg(feature = "encode")]
 mod palette;
@@ -36,6 +38,8 @@ pub use label_file::{Labels, MAX_SCALE_LOG2, Palette, Squares, read_labels, writ
 #[cfg(feature = "encode")]
 pub(crate) use labels::{cracks, simplify as simplify_labels};
 pub use layout::{LEVEL_STEP_LOG2, Layout, TileAt};
+#[cfg(feature = "encode")]
+pub use names::{MAX_NAME, Names, names, with_names};
 #[cfg(feature = "encode")]
 pub use notes::{Notes, notes};
 #[cfg(feature = "encode")]

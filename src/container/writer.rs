@@ -3,6 +3,7 @@
 use super::bytes::{push_long_varint, push_varint};
 use super::index::Payload;
 use super::layout::{Layout, TileAt};
+use super::names::{self, Names};
 use super::notes::{self, Notes};
 use super::{MAGIC, VERSION, crc32};
 use crate::error::{Error, Result};
@@ -181,6 +182,17 @@ fn directory(tiles: &[Option<Spooled>]) -> Vec<u8> {
 }
 
 impl Assembly {
+    /// Gives the file names for its regions, in place of those that it had.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] where the head would exceed 4 GB.
+    pub fn set_names(&mut self, names: &Names) -> Result<()> {
+        if let Some(Piece::New(head)) = self.0.first_mut() {
+            *head = names::renamed(head, names)?;
+        }
+        Ok(())
+    }
+
     /// Bytes of the file.
     pub fn length(&self) -> u64 {
         let length = |piece: &Piece| match piece {

@@ -9,4 +9,5 @@ pub use components::{Connectivity, Regions, components};
 pub(crate) use components::{RowOfRuns, join, join_rows};
 pub use rows::{RowSource, SourceRows};
 pub use source::Source;
-pub(crate) use source::{class_color, label_color};
+pub use source::class_color;
+pub(crate) use source::label_color;

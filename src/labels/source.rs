@@ -122,8 +122,8 @@ impl<const D: usize> Source<D> {
     }
 }
 
-/// The colour of a class that is one, or of a label.
-pub(crate) fn class_color(is_color: bool, class: u32) -> [u8; 4] {
+/// The straight RGBA colour of a class that is one, or of a label, whose colour is made up.
+pub fn class_color(is_color: bool, class: u32) -> [u8; 4] {
     if is_color { class.to_le_bytes() } else { label_color(class) }
 }
 

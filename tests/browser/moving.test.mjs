@@ -152,14 +152,14 @@ test('hover names the region, and a click reports it', async () => {
   await readout.waitFor();
   const region = await page.evaluate(() => document.querySelector('istar-viewer').pick(240, 180));
   assert.equal(await readout.textContent(), `region ${region}`);
-  assert.deepEqual(await harness.event(page, 'regionenter'), { region });
+  assert.deepEqual(await harness.event(page, 'regionenter'), { region, name: undefined });
 
   await page.mouse.click(240, 180);
-  assert.deepEqual(await harness.event(page, 'regionclick'), { region });
+  assert.deepEqual(await harness.event(page, 'regionclick'), { region, name: undefined });
 
   // The picture is twice as wide as high: there is nothing of it at the window's top.
   await page.mouse.move(240, 5);
-  assert.deepEqual(await harness.event(page, 'regionleave'), { region });
+  assert.deepEqual(await harness.event(page, 'regionleave'), { region, name: undefined });
   await readout.waitFor({ state: 'hidden' });
 });
 

@@ -2,6 +2,7 @@
 
 mod bytes;
 mod faults;
+mod names;
 mod stream;
 
 use crate::fixtures;

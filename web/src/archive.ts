@@ -42,12 +42,24 @@ export class PictureFile {
   /** The file's first bytes. */
   readonly #start: Uint8Array;
   readonly #etag: string | undefined;
+  /** What regions are called, by their colour as 0xRRGGBBAA; empty until that is read. */
+  names = new Map<number, string>();
 
   private constructor(archive: Archive, source: Source, start: Uint8Array, etag: string | undefined) {
     this.archive = archive;
     this.#source = source;
     this.#start = start;
     this.#etag = etag;
+    this.#readNames(start);
+  }
+
+  /** Where a file's head says that it has names, a module of its own reads them. */
+  #readNames(start: Uint8Array): void {
+    if ((start[30] ?? 0) & 1) {
+      import('./names.js').then(({ readNames }) => {
+        this.names = readNames(start);
+      }, console.warn);
+    }
   }
 
   /** The wasm module must be there. A file without texels is given some first, by a worker. */
@@ -72,7 +84,9 @@ export class PictureFile {
       const { length } = archive;
       archive.free();
       await more(length);
-      return PictureFile.open(new MemorySource(await fitted(start, signal)), signal);
+      const file = await PictureFile.open(new MemorySource(await fitted(start, signal)), signal);
+      file.#readNames(start);
+      return file;
     } catch (cause) {
       throw viewerError(cause, 'malformed');
     }

@@ -39,7 +39,7 @@ function styles(): CSSStyleSheet {
  * `<istar-viewer src="map.istar" alt="…">`: shows a picture to pan and zoom. An `<img>` inside stands in until the first frame.
  *
  * Events: `load` (the first frame is painted), `progress` {loaded, total}, `error` {kind, message}, `viewchange` {x, y, scale},
- * `regionenter`, `regionleave`, `regionclick` {region}. Coordinates are source pixels, y downwards; scale is CSS pixels per
+ * `regionenter`, `regionleave`, `regionclick` {region, name}. Coordinates are source pixels, y downwards; scale is CSS pixels per
  * source pixel.
  */
 export class IStarViewer extends Base {
@@ -136,6 +136,11 @@ export class IStarViewer extends Base {
   /** The region under a place of the browser's window (an event's clientX and clientY), undefined beside the picture. */
   pick(clientX: number, clientY: number): number | undefined {
     return this.#view.pick(clientX, clientY);
+  }
+
+  /** What a region in view is called, where the file says so. */
+  regionName(region: number): string | undefined {
+    return this.#view.regionName(region);
   }
 
   /**
@@ -324,7 +329,7 @@ export class IStarViewer extends Base {
       animate: (step: (seconds: number) => boolean) => this.#frames.run(step),
       tap: (event: PointerEvent) => {
         const region = this.pick(event.clientX, event.clientY);
-        if (region !== undefined) this.#emit('regionclick', { region });
+        if (region !== undefined) this.#emit('regionclick', this.#named(region));
       },
     };
     listenForGestures(this.#stage, actions);
@@ -338,16 +343,20 @@ export class IStarViewer extends Base {
       this.#stage,
       () => this.#hover.update((x, y) => view.pick(x, y)),
       (region, left) => {
-        if (left !== undefined) this.#emit('regionleave', { region: left });
-        if (region !== undefined) this.#emit('regionenter', { region });
+        if (left !== undefined) this.#emit('regionleave', this.#named(left));
+        if (region !== undefined) this.#emit('regionenter', this.#named(region));
         if (this.hasAttribute('interactive')) {
           view.styles.light(region);
           view.redraw();
         }
-        const color = region === undefined ? undefined : view.regionColor(region);
-        this.#status.region(region !== undefined && color !== undefined ? { id: region, color } : undefined);
+        if (region === undefined) this.#status.region(undefined);
+        else this.#status.region(this.regionName(region) ?? `region ${region}`, view.regionColor(region));
       },
     );
+  }
+
+  #named(region: number): { region: number; name: string | undefined } {
+    return { region, name: this.regionName(region) };
   }
 
   /** Moves the view and ends what moves by itself. */

@@ -23,11 +23,11 @@ export class Status {
     this.#zoom.textContent = zoomText(scale);
   }
 
-  region(region: { id: number; color: number } | undefined): void {
-    this.#region.hidden = !region;
-    if (!region) return;
-    this.#name.textContent = `region ${region.id}`;
-    this.#swatch.style.backgroundColor = `#${region.color.toString(16).padStart(8, '0')}`;
+  region(name: string | undefined, color = 0): void {
+    this.#region.hidden = !name;
+    if (!name) return;
+    this.#name.textContent = name;
+    this.#swatch.style.backgroundColor = `#${color.toString(16).padStart(8, '0')}`;
   }
 
   backend(name: Backend): void {

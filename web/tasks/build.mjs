@@ -92,8 +92,14 @@ function wasmModule({ name, profile, features, optimize }) {
 }
 
 export async function bundle() {
-  await bundled('web/src/element.ts', 'istar.js', ['istar_bg.wasm', 'istar-fitter.js', 'istar-cpu.js']);
+  await bundled('web/src/element.ts', 'istar.js', [
+    'istar_bg.wasm',
+    'istar-fitter.js',
+    'istar-cpu.js',
+    'istar-names.js',
+  ]);
   await bundled('web/src/fitter.ts', 'istar-fitter.js', ['istar_encoder_bg.wasm']);
+  await bundled('web/src/names.ts', 'istar-names.js', []);
   await bundled('web/src/cpu.ts', 'istar-cpu.js', ['istar-painter.js']);
   await bundled('web/src/painter.ts', 'istar-painter.js', ['istar_encoder_bg.wasm']);
 }
@@ -113,7 +119,9 @@ async function bundled(entry, name, fetched) {
   const fetchedModule = {
     name: 'module-fetched-when-used',
     setup(on) {
-      on.onResolve({ filter: /^\.\/cpu\.js$/ }, () => ({ path: './istar-cpu.js', external: true }));
+      on.onResolve({ filter: /^\.\/(cpu|names)\.js$/ }, ({ path }) => {
+        return { path: path.replace('/', '/istar-'), external: true };
+      });
     },
   };
   const { outputFiles } = await build({

@@ -3,8 +3,9 @@
 use crate::pictures::{self, RegionKind};
 use crate::survey::texel_sizes;
 use crate::tell::{aside, tell};
-use crate::{Outcome, files, progress, stream};
+use crate::{Outcome, files, names, progress, stream};
 use clap::ValueEnum;
+use istar::container::Names;
 use istar::labels::Connectivity;
 use istar::{
     Chosen, EncodeOptions, Forbidden, Gamma, Kernel, Lossy, Shard, StreamOptions, Target, container,
@@ -95,6 +96,10 @@ struct Options {
     /// or a colour as in #00ff7f. May be given several times
     #[arg(long, value_name = "A,B,VIA", value_parser = forbidden)]
     forbid: Vec<Forbidden>,
+    /// What regions are called: rows of a label as in 7 or a colour as in #00ff7f, a comma, and the name.
+    /// The file tells it to who looks at it
+    #[arg(long, value_name = "TABLE.csv")]
+    names: Option<PathBuf>,
 }
 
 fn decibels(word: &str) -> Result<f64, String> {
@@ -130,7 +135,7 @@ fn forbidden(words: &str) -> Result<Forbidden, String> {
 }
 
 /// A label, or a colour of six or eight digits.
-fn class(word: &str) -> Option<u32> {
+pub fn class(word: &str) -> Option<u32> {
     let Some(digits) = word.strip_prefix('#') else { return word.parse().ok() };
     let digits = if digits.len() == 6 { format!("{digits}ff") } else { digits.into() };
     let color = u32::from_str_radix(&digits, 16).ok().filter(|_| digits.len() == 8)?;
@@ -193,21 +198,23 @@ pub fn run(args: &Args) -> Outcome {
         label_cost: args.options.label_cost.unwrap_or(default.label_cost),
         ..default
     };
+    let names = args.options.names.as_deref().map(names::read).transpose()?.unwrap_or_default();
     let output = files::Output::create(&args.output)?;
     if args.options.streams(&args.input)? {
-        return encode_rows(args, &options, output);
+        return encode_rows(args, &options, &names, output);
     }
     if args.options.lossless {
         if args.options.payload == Some(PayloadName::Texels) {
             return Err("--lossless goes with no --payload texels: only labels keep all".into());
         }
-        return encode_lossless(args, &options, output);
+        return encode_lossless(args, &options, &names, output);
     }
     let psnr = args.options.psnr.map(Target::Psnr);
-    let target = psnr.or(args.options.max_bytes.map(Target::MaxBytes));
+    let most = args.options.max_bytes.map(|most| most.saturating_sub(names.bytes_in_file()));
+    let target = psnr.or(most.map(Target::MaxBytes));
     match target {
         Some(target) if args.options.holds_labels()? => {
-            return encode_lossy(args, &options, target, output);
+            return encode_lossy(args, &options, target, &names, output);
         }
         None if args.options.payload == Some(PayloadName::Labels) => {
             return Err("--payload labels takes --lossless, --psnr or --max-bytes: give one".into());
@@ -216,6 +223,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     let Encoded { chosen: Chosen { image, psnr, .. }, bytes, is_antialiased } =
         encode_file(&args.input, args.options.regions, &options, target, args.options.tile_size)?;
+    let bytes = named(bytes, &names)?;
     output.finish(&bytes)?;
     if let (Some(wanted), Some(psnr)) = (args.options.psnr, psnr)
         && psnr < wanted
@@ -287,7 +295,20 @@ impl Options {
     }
 }
 
-fn encode_rows(args: &Args, options: &EncodeOptions, output: files::Output) -> Outcome {
+/// A file with names, if there are any.
+fn named(bytes: Vec<u8>, names: &Names) -> Result<Vec<u8>, String> {
+    if names.is_empty() {
+        return Ok(bytes);
+    }
+    container::with_names(&bytes, names).map_err(|error| error.to_string())
+}
+
+fn encode_rows(
+    args: &Args,
+    options: &EncodeOptions,
+    names: &Names,
+    output: files::Output,
+) -> Outcome {
     let default = StreamOptions::default();
     let options = StreamOptions {
         tile_log2: args.options.tile_size.map_or(default.tile_log2, |n| n.trailing_zeros() as u8),
@@ -296,7 +317,7 @@ fn encode_rows(args: &Args, options: &EncodeOptions, output: files::Output) -> O
         shard: args.options.shard.unwrap_or(default.shard),
         limits: options.limits.clone(),
     };
-    let written = stream::encode(&args.input, &options, output)?;
+    let written = stream::encode(&args.input, &options, names, output)?;
     let ([width, height], Shard { number, count }) = (written.size, options.shard);
     if args.json {
         let told = json!({
@@ -324,6 +345,7 @@ fn encode_lossy(
     args: &Args,
     options: &EncodeOptions,
     target: Target,
+    names: &Names,
     output: files::Output,
 ) -> Outcome {
     let stages = progress::Stages::new();
@@ -333,6 +355,7 @@ fn encode_lossy(
     let Lossy { bytes, scale, psnr } = istar::encode_lossy(&source, options, target, stage)
         .map_err(|error| files::at(&args.input, &error))?;
     drop(stages);
+    let bytes = named(bytes, names)?;
     output.finish(&bytes)?;
     let [width, height] = source.size();
     // Where within pixels antialiased edges lie is no matter of labels.
@@ -359,7 +382,12 @@ fn encode_lossy(
     tell!("{name}: {width}×{height} pixels, {} bytes, {quality}", bytes.len())
 }
 
-fn encode_lossless(args: &Args, options: &EncodeOptions, output: files::Output) -> Outcome {
+fn encode_lossless(
+    args: &Args,
+    options: &EncodeOptions,
+    names: &Names,
+    output: files::Output,
+) -> Outcome {
     let stages = progress::Stages::new();
     stages.set("reading");
     let source = pictures::read_source(&args.input, RegionKind::Exact, &options.limits)?;
@@ -367,6 +395,7 @@ fn encode_lossless(args: &Args, options: &EncodeOptions, output: files::Output) 
     let bytes =
         istar::encode_lossless(&source, options).map_err(|error| files::at(&args.input, &error))?;
     drop(stages);
+    let bytes = named(bytes, names)?;
     output.finish(&bytes)?;
     let [width, height] = source.size();
     if args.json {

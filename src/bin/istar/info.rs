@@ -6,6 +6,7 @@ use crate::tell::tell;
 use crate::{Outcome, files};
 use istar::container::{self, Part, Payload};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Tell what is in a file
@@ -23,6 +24,7 @@ pub fn run(args: &Args) -> Outcome {
     let mut archive = Archive::open(&args.input)?;
     archive.check_length()?;
     let notes = container::notes(&archive.index).map_err(|error| archive.at(&error))?;
+    let names = container::names(&archive.index).map_err(|error| archive.at(&error))?;
     let layout = archive.index.layout().clone();
     let is_labels = archive.index.payload() == Payload::Labels;
     let label_size = is_labels.then(|| 1u32 << layout.block_log2);
@@ -51,6 +53,8 @@ pub fn run(args: &Args) -> Outcome {
                 // null where it is texels.
                 "label_size": label_size,
                 "regions": regions,
+                // By colour.
+                "names": names.iter().map(|(color, name)| (hex(color), name)).collect::<BTreeMap<_, _>>(),
                 "nodes": survey.nodes,
                 "ghosts": survey.ghosts,
                 "edges": survey.edges,
@@ -84,7 +88,10 @@ pub fn run(args: &Args) -> Outcome {
             Some(n) => format!(": one for {n}×{n} pixels; what follows is fitted to them"),
         }
     )?;
-    tell!("regions     {regions}")?;
+    match names.len() {
+        0 => tell!("regions     {regions}")?,
+        n => tell!("regions     {regions}, names for {n} of their colours (--json has them)")?,
+    }
     tell!(
         "complex     {} nodes ({} of them ghosts), {} edges, {} faces",
         survey.nodes,
@@ -119,6 +126,11 @@ pub fn run(args: &Args) -> Outcome {
         tell!("  {name:<14}  {bytes}")?;
     }
     Ok(())
+}
+
+/// A colour as `--names` takes it.
+fn hex([r, g, b, a]: [u8; 4]) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}{a:02x}")
 }
 
 /// The number of tiles, and the bytes of their parts, of each kind in all.

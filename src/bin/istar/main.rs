@@ -7,6 +7,7 @@ mod encode;
 mod files;
 mod info;
 mod merge;
+mod names;
 mod pictures;
 mod progress;
 mod render;

@@ -34,6 +34,7 @@ pub fn run(args: &Args) -> Outcome {
         }
     }
     let notes = container::notes(&shards[0].index).map_err(|error| shards[0].at(&error))?;
+    let names = container::names(&shards[0].index).map_err(|error| shards[0].at(&error))?;
     let regions = shards.iter().map(|shard| shard.index.regions()).max().unwrap_or(0);
     let mut writer = TiledWriter::new(layout.clone()).map_err(|error| error.to_string())?;
     let unwritable = |error| format!("cannot write a temporary file: {}", files::reason(&error));
@@ -58,7 +59,8 @@ pub fn run(args: &Args) -> Outcome {
         spool.write_all(&bytes).map_err(unwritable)?;
         writer.add(tile, &bytes).map_err(|error| error.to_string())?;
     }
-    let assembly = writer.finish(regions, &notes).map_err(|error| error.to_string())?;
+    let mut assembly = writer.finish(regions, &notes).map_err(|error| error.to_string())?;
+    assembly.set_names(&names).map_err(|error| error.to_string())?;
     let bytes = assembly.length();
     output.finish_with(|file| assembly.write(&mut spool, file))?;
     let left = match missing {

@@ -2,6 +2,7 @@
 
 use crate::rows::PngRows;
 use crate::{files, pictures, progress};
+use istar::container::Names;
 use istar::labels::RowSource;
 use istar::{StreamOptions, Streamed};
 use std::path::Path;
@@ -27,6 +28,7 @@ pub struct Written {
 pub fn encode(
     input: &Path,
     options: &StreamOptions,
+    names: &Names,
     output: files::Output<'_>,
 ) -> Result<Written, String> {
     let mut rows = PngRows::open(input)?;
@@ -37,10 +39,11 @@ pub fn encode(
         passes.set(stage, rows);
     });
     // Errors of the picture itself have its name.
-    let Streamed { assembly, regions, .. } = streamed.map_err(|error| match error {
+    let Streamed { mut assembly, regions, .. } = streamed.map_err(|error| match error {
         istar::Error::Io(what) => what,
         other => files::at(input, &other),
     })?;
+    assembly.set_names(names).map_err(|error| error.to_string())?;
     output.finish_with(|file| assembly.write(&mut spool, file))?;
     Ok(Written { size, regions, bytes: assembly.length() })
 }

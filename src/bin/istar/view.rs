@@ -9,6 +9,7 @@ use axum::extract::Path as UrlPath;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use istar::container::Names;
 use istar::{EncodeOptions, StreamOptions};
 use rust_embed::RustEmbed;
 use std::io::{Read, Write};
@@ -50,7 +51,8 @@ pub fn run(args: &Args) -> Outcome {
         let fault = |error| format!("cannot make a temporary folder: {error}");
         let folder = tempfile::tempdir().map_err(fault)?;
         let path = folder.path().join("picture.istar");
-        stream::encode(&args.input, &StreamOptions::default(), files::Output::create(&path)?)?;
+        let (options, names) = (StreamOptions::default(), Names::default());
+        stream::encode(&args.input, &options, &names, files::Output::create(&path)?)?;
         return serve(one_picture(&path)?, args.port);
     }
     let encoded =
