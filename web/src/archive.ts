@@ -44,6 +44,8 @@ export class PictureFile {
   readonly #etag: string | undefined;
   /** What regions are called, by their colour as 0xRRGGBBAA; empty until that is read. */
   names = new Map<number, string>();
+  /** The same, once it is read. */
+  named = Promise.resolve(this.names);
 
   private constructor(archive: Archive, source: Source, start: Uint8Array, etag: string | undefined) {
     this.archive = archive;
@@ -56,9 +58,11 @@ export class PictureFile {
   /** Where a file's head says that it has names, a module of its own reads them. */
   #readNames(start: Uint8Array): void {
     if ((start[30] ?? 0) & 1) {
-      import('./names.js').then(({ readNames }) => {
-        this.names = readNames(start);
-      }, console.warn);
+      this.named = import('./names.js')
+        .then(({ readNames }) => {
+          this.names = readNames(start);
+        }, console.warn)
+        .then(() => this.names);
     }
   }
 

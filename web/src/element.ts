@@ -138,9 +138,14 @@ export class IStarViewer extends Base {
     return this.#view.pick(clientX, clientY);
   }
 
+  /** What the file calls regions, by their colour in it as 0xRRGGBBAA. */
+  get names(): Promise<ReadonlyMap<number, string>> {
+    return this.#view.file?.named ?? Promise.resolve(new Map());
+  }
+
   /** What a region in view is called, where the file says so. */
   regionName(region: number): string | undefined {
-    return this.#view.regionName(region);
+    return this.#view.file?.names.get(this.#view.regionColor(region) ?? -1);
   }
 
   /**

@@ -148,9 +148,8 @@ export class View {
     return undefined;
   }
 
-  /** A region's name, where the file has one and it is in view. */
-  regionName(region: number): string | undefined {
-    return this.#shown?.tiles.file.names.get(this.regionColor(region) ?? -1);
+  get file(): PictureFile | undefined {
+    return this.#shown?.tiles.file;
   }
 
   get renderer(): Renderer | undefined {

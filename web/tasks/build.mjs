@@ -100,6 +100,7 @@ export async function bundle() {
   ]);
   await bundled('web/src/fitter.ts', 'istar-fitter.js', ['istar_encoder_bg.wasm']);
   await bundled('web/src/names.ts', 'istar-names.js', []);
+  await bundled('web/src/legend.ts', 'istar-legend.js', []);
   await bundled('web/src/cpu.ts', 'istar-cpu.js', ['istar-painter.js']);
   await bundled('web/src/painter.ts', 'istar-painter.js', ['istar_encoder_bg.wasm']);
 }
