@@ -9,6 +9,8 @@ const PROPERTY = /^ {8}(\w+): ((?:function\(|\S+,$)[\s\S]*?)(?=\n {8}\w+: |\n {4
 const OPENING = 'const import0 = {\n        __proto__: null,\n';
 const CLOSING = '\n    };';
 const DISPOSE = /^if \(Symbol\.dispose\) .*\n/gm;
+/** TypeScript has checked what is handed over. */
+const CLASS_CHECK = /^ *_assertClass\(.*\n|^function _assertClass\([\s\S]*?\n\}\n/gm;
 const NO_REGISTRY =
   /\(typeof FinalizationRegistry === 'undefined'\)\n.*\n {4}: (?=new FinalizationRegistry)/g;
 const LOADER = 'async function __wbg_load(';
@@ -75,6 +77,7 @@ export function shortenNames(glue, module) {
   const before = text.slice(0, start) + properties.join('\n') + text.slice(end, loader) + SMALL_LOADER;
   const after = before
     .replace(DISPOSE, '')
+    .replace(CLASS_CHECK, '')
     .replace(NO_REGISTRY, '')
     .replace(/\bwasm\.(\w+)/g, (_, name) => `wasm.${shortExport(name)}`);
   writeFileSync(glue, after);
