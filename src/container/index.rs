@@ -24,8 +24,8 @@ const MAX_CHUNKS: u32 = 64;
 /// What a file carries of its picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Payload {
-    /// The model as it is drawn.
-    Texels,
+    /// Tiles of texels, the model as it is drawn, or of labels from which it is drawn at once.
+    Tiles,
     /// Labels of the source, one for each pixel or for squares of them: the reader fits texels to them.
     Labels,
 }
@@ -145,7 +145,7 @@ impl Index {
             other => return Err(newer("γ", other)),
         };
         let payload = match payload {
-            0 => Payload::Texels,
+            0 => Payload::Tiles,
             1 => Payload::Labels,
             other => return Err(newer("payload", other)),
         };

@@ -27,7 +27,7 @@ fn sample_of_labels() -> Vec<u8> {
 
 fn read(bytes: &[u8]) -> Result<istar::Image, Error> {
     match container::payload(bytes)? {
-        container::Payload::Texels => container::read(bytes, &Limits::default()),
+        container::Payload::Tiles => container::read(bytes, &Limits::default()),
         container::Payload::Labels => istar::open_exact(bytes, &Limits::default()),
     }
 }
@@ -269,7 +269,7 @@ fn survive_lot(bytes: &[u8], lot: u64) -> u64 {
     for _ in 0..MUTANTS / LOTS {
         let mutant = mutant(bytes, &mut random);
         let image = match container::payload(&mutant) {
-            Ok(container::Payload::Texels) => container::read(&mutant, &limits()),
+            Ok(container::Payload::Tiles) => container::read(&mutant, &limits()),
             Ok(container::Payload::Labels) => istar::open_exact(&mutant, &limits()),
             Err(error) => Err(error),
         };

@@ -92,7 +92,8 @@ function wasmModule({ name, profile, features, optimize }) {
 }
 
 export async function bundle() {
-  await bundled('web/src/element.ts', 'istar.js', ['istar_bg.wasm', 'istar-fitter.js', 'istar-cpu.js']);
+  await bundled('web/src/element.ts', 'istar.js', ['istar_bg.wasm', 'istar-labels.js', 'istar-cpu.js']);
+  await bundled('web/src/fitting.ts', 'istar-labels.js', ['istar-fitter.js']);
   await bundled('web/src/fitter.ts', 'istar-fitter.js', ['istar_encoder_bg.wasm']);
   await bundled('web/src/cpu.ts', 'istar-cpu.js', ['istar-painter.js']);
   await bundled('web/src/painter.ts', 'istar-painter.js', ['istar_encoder_bg.wasm']);
@@ -114,6 +115,7 @@ async function bundled(entry, name, fetched) {
     name: 'module-fetched-when-used',
     setup(on) {
       on.onResolve({ filter: /^\.\/cpu\.js$/ }, () => ({ path: './istar-cpu.js', external: true }));
+      on.onResolve({ filter: /^\.\/fitting\.js$/ }, () => ({ path: './istar-labels.js', external: true }));
     },
   };
   const { outputFiles } = await build({

@@ -29,17 +29,8 @@ pub struct Args {
 }
 
 /// Options that take the whole picture at once.
-const NEEDS_WHOLE: [&str; 9] = [
-    "texel_size",
-    "psnr",
-    "max_bytes",
-    "lossless",
-    "payload",
-    "kernel",
-    "min_region",
-    "label_cost",
-    "forbid",
-];
+const NEEDS_WHOLE: [&str; 8] =
+    ["texel_size", "psnr", "max_bytes", "payload", "kernel", "min_region", "label_cost", "forbid"];
 
 /// How to encode.
 #[derive(clap::Args)]
@@ -66,7 +57,7 @@ struct Options {
     regions: RegionKind,
     /// Cut the picture into tiles of N pixels, a power of two from 64, with coarser levels beside it; 0 for
     /// one tile. Without it, large pictures are
-    #[arg(long, value_name = "N", value_parser = tile_size, conflicts_with = "lossless")]
+    #[arg(long, value_name = "N", value_parser = tile_size)]
     tile_size: Option<u32>,
     /// Read the picture row by row, in memory that does not grow with its height, and keep every pixel:
     /// texels are drawn straight from labels. Without it, pictures of more than 134 megapixels are
@@ -258,7 +249,6 @@ impl Options {
         let needs_whole = self.texel_size.is_some()
             || self.psnr.is_some()
             || self.max_bytes.is_some()
-            || self.lossless
             || self.payload.is_some()
             || self.kernel != KernelName::Quadratic
             || self.min_region > 0
@@ -266,7 +256,15 @@ impl Options {
             || !self.forbid.is_empty()
             || self.regions == RegionKind::Antialiased
             || self.tile_size == Some(0);
-        Ok(is_told || !needs_whole && stream::is_large(input))
+        let in_tiles = self.lossless && self.tile_size.is_some_and(|size| size > 0);
+        if in_tiles && needs_whole {
+            return Err(
+                "labels in tiles go with no --payload and no --kernel linear: leave these out, or \
+                 --tile-size"
+                    .into(),
+            );
+        }
+        Ok(is_told || in_tiles || !needs_whole && stream::is_large(input, self.lossless))
     }
 
     /// Whether a file for a target is of labels.
@@ -304,6 +302,7 @@ fn encode_rows(args: &Args, options: &EncodeOptions, output: files::Output) -> O
             "size": written.size,
             "regions": written.regions,
             "streamed": true,
+            "lossless": true,
             "shard": (count > 1).then_some([number + 1, count]),
         });
         return tell!("{told}");

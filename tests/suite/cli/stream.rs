@@ -53,8 +53,7 @@ fn what_cannot_be_streamed_is_told_and_leaves_no_file() {
     for words in [["--shard", "0/3"], ["--shard", "4/3"], ["--shard", "x"]] {
         assert_eq!(istar(&["encode", png, "-o", out, words[0], words[1]]).status.code(), Some(2));
     }
-    for option in ["--lossless", "--psnr=30", "--kernel=linear", "--texel-size=8", "--min-region=4"]
-    {
+    for option in ["--psnr=30", "--kernel=linear", "--texel-size=8", "--min-region=4"] {
         let output = istar(&["encode", png, "-o", out, "--stream", option]);
         assert_eq!(output.status.code(), Some(2), "{option}");
     }
