@@ -26,7 +26,7 @@ const MAX_CHUNKS: u32 = 64;
 pub enum Payload {
     /// Tiles of texels, the model as it is drawn, or of labels from which it is drawn at once.
     Tiles,
-    /// Labels of the source, one for each pixel or for squares of them: the reader fits texels to them.
+    /// Labels of the whole picture, one for each pixel or for squares of them: the reader fits texels to them.
     Labels,
 }
 
@@ -256,7 +256,7 @@ impl Index {
         self.payload
     }
 
-    /// The number of regions of all tiles; 0 where the tiles hold labels.
+    /// The number of regions of all tiles; 0 where the file holds labels of the whole picture.
     pub fn regions(&self) -> u32 {
         self.regions
     }

@@ -79,6 +79,7 @@ fn models(source: &Source<2>, options: &StreamOptions, levels: u8) -> Vec<Image>
 
 #[test]
 fn a_streamed_file_is_drawn_as_the_whole_model() {
+    let mut names = std::collections::BTreeSet::new();
     for (size, tile_log2, connectivity, gamma) in [
         ([701, 523], 6, Connectivity::Face, Gamma::Voronoi),
         ([450, 610], 7, Connectivity::Vertex, Gamma::Planes),
@@ -92,6 +93,7 @@ fn a_streamed_file_is_drawn_as_the_whole_model() {
         let index = Index::of_whole(&bytes, &Limits::default()).unwrap();
         let layout = index.layout().clone();
         let models = models(&source, &options, layout.levels);
+        let (mut labels, mut texels) = (0, 0);
         for tile in layout.tiles() {
             let (first, size) = layout.tile_rect(tile);
             let whole = &models[usize::from(tile.level)];
@@ -100,9 +102,13 @@ fn a_streamed_file_is_drawn_as_the_whole_model() {
             let own = &bytes[range.start as usize..range.end as usize];
             let drawn = open_tile(&index, tile, own, &Limits::default()).unwrap();
             assert!(drawn.model == model && drawn.regions == regions, "{size:?} {tile}");
-            let texels = tile_bytes(&layout, tile, &model, &regions).unwrap();
-            assert!(own.len() <= texels.len(), "{size:?} {tile}: labels take more bytes");
+            labels += own.len();
+            texels += tile_bytes(&layout, tile, &model, &regions).unwrap().len();
+            let parts = container::parts(&index, own).unwrap();
+            names.extend(parts.iter().map(|part| part.name));
         }
+        println!("{size:?}: {labels} bytes of labels, {texels} of texels");
+        assert!(labels < texels, "{size:?}: {labels} bytes, as texels {texels}");
 
         // So it has no more seams than the whole, and every pixel its region.
         let joined = crate::open(&bytes, &Limits::default()).unwrap();
@@ -110,6 +116,11 @@ fn a_streamed_file_is_drawn_as_the_whole_model() {
         let found = components(&source, connectivity, &Limits::default()).unwrap();
         let decoded: Vec<_> = crate::decode_regions(&joined).into_iter().flatten().collect();
         assert!(decoded == found.labels, "{size:?}");
+    }
+    // All that labels alone would not tell was needed somewhere.
+    println!("{names:?}");
+    for name in ["region numbers", "edges", "faces", "crowded lists"] {
+        assert!(names.contains(name), "{name}");
     }
 }
 

@@ -45,7 +45,8 @@ struct Options {
     /// The best file of at most N bytes
     #[arg(long, value_name = "N", conflicts_with_all = ["texel_size", "psnr"])]
     max_bytes: Option<u64>,
-    /// Keep every pixel: the file holds the picture's labels, and what draws it fits texels to them
+    /// Keep every pixel: the file holds the picture's labels, in tiles where it is large, and what draws it makes
+    /// texels of them
     #[arg(long, conflicts_with_all = ["texel_size", "psnr", "max_bytes", "min_region", "forbid"])]
     lossless: bool,
     /// What the file holds. Without it: labels for --lossless, --psnr and --max-bytes, unless more is asked
@@ -60,7 +61,7 @@ struct Options {
     #[arg(long, value_name = "N", value_parser = tile_size)]
     tile_size: Option<u32>,
     /// Read the picture row by row, in memory that does not grow with its height, and keep every pixel:
-    /// texels are drawn straight from labels. Without it, pictures of more than 134 megapixels are
+    /// tiles hold labels, from which texels are drawn. Without it, pictures of more than 134 megapixels are
     #[arg(long, conflicts_with_all = NEEDS_WHOLE)]
     stream: bool,
     /// Make part I of N of a picture's tiles, row by row; `istar merge` joins the parts
