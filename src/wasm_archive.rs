@@ -62,7 +62,7 @@ impl Archive {
         self.0.length() as f64
     }
 
-    /// Whether the file holds labels, to which texels have to be fitted before it is drawn.
+    /// Whether the file holds labels of the whole picture, to which texels have to be fitted before it is drawn.
     #[wasm_bindgen(getter, js_name = holdsLabels)]
     pub fn holds_labels(&self) -> bool {
         self.0.payload() == Payload::Labels

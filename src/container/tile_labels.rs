@@ -163,9 +163,13 @@ pub(crate) fn read_tile_labels(
 
     let (name, chunk) = needed(part(LABELS))?;
     let (mut labels, entries) = labels::decode(&chunk, layout.around(tile).1, limits)?;
-    let met = first_met(&labels, entries as usize);
-    if met.len() != count || entries as usize != count {
-        return Err(Error::malformed(name, "not as many as there are regions"));
+    let fault = || Err(Error::malformed(name, "not as many as there are regions"));
+    if entries as usize != count {
+        return fault();
+    }
+    let met = first_met(&labels, count);
+    if met.len() != count {
+        return fault();
     }
     let mut places = vec![0; count];
     for (place, &region) in (0..).zip(&order) {

@@ -44,7 +44,7 @@ enum Piece {
 }
 
 impl TiledWriter {
-    /// Of a file of texels without any tiles.
+    /// Of a file that has no tiles yet.
     ///
     /// # Errors
     /// [`Error::Usage`] for a picture without pixels, [`Error::Limit`] for one with a side of over 2³⁰,

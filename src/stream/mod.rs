@@ -102,9 +102,10 @@ pub struct Streamed {
 }
 
 /// Encodes a picture of any size in tiles and levels, reading it row by row. At its own size it decodes to
-/// the very colours or labels that it was made from; the texels of coarser levels stand for squares of
+/// the very colours or labels that it was made from; the pixels of coarser levels stand for squares of
 /// pixels, of which each goes to the class that has most of it, and there to the region that has most. Tiles
-/// are written to the `spool`, end to end. `progress` is told what is done and how many rows of the picture
+/// hold labels, from which [`open_tile`](crate::open_tile) draws texels. They are written to the `spool`, end to
+/// end. `progress` is told what is done and how many rows of the picture
 /// it is done for.
 ///
 /// ```

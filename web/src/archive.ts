@@ -146,6 +146,8 @@ export class PictureFile {
       const from = offset - piece.offset;
       const raw = { ...id, head: this.#start, bytes: bytes.subarray(from, from + length) };
       let tile: Tile;
+      // The archive may be gone since the tile before.
+      signal.throwIfAborted();
       try {
         tile = await this.#tile(raw, signal);
       } catch (cause) {
