@@ -14,7 +14,8 @@
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
 //! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
 //! `container`, which [`open`] and [`encode_pyramid`] join with the encoder; `direct` makes a model of labels
-//! without a fit, for [`open`] and for `stream`, which reads pictures of any size row by row: [`encode_rows`].
+//! without a fit, for [`open`] and, a tile at a time, [`open_tile`]; `stream` reads pictures of any size row by
+//! row, [`encode_rows`], and packs such tiles.
 //!
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 
@@ -39,6 +40,8 @@ pub mod style;
 pub mod complex;
 #[cfg(feature = "encode")]
 mod direct;
+#[cfg(feature = "encode")]
+mod draw_tile;
 #[cfg(feature = "encode")]
 pub mod embed;
 #[cfg(feature = "encode")]
@@ -87,6 +90,8 @@ pub use compare::{
 };
 #[cfg(feature = "encode")]
 pub use complex::Topology;
+#[cfg(feature = "encode")]
+pub use draw_tile::open_tile;
 #[cfg(feature = "encode")]
 pub use encode::{EncodeOptions, encode, encode_with_notes};
 pub use error::{Error, Result};

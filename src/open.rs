@@ -2,6 +2,7 @@
 
 use crate::container::{self, Labels, Layout, Palette, Payload, Squares};
 use crate::direct;
+use crate::draw_tile::open_tile;
 use crate::encode::{EncodeOptions, fit_to_labels};
 use crate::error::Result;
 use crate::gamma::Gamma;
@@ -19,8 +20,8 @@ use rayon::prelude::*;
 /// As [`container::read`].
 pub fn open(bytes: &[u8], limits: &Limits) -> Result<Image> {
     let index = container::Index::of_whole(bytes, limits)?;
-    if index.payload() == Payload::Texels {
-        return container::read(bytes, limits);
+    if index.payload() == Payload::Tiles {
+        return container::read_by(bytes, limits, open_tile);
     }
     let Layout { kernel, block_log2: scale_log2, .. } = *index.layout();
     if kernel != Kernel::Quadratic || scale_log2 != 0 {
@@ -73,8 +74,8 @@ pub(crate) fn fit_squares(
 /// # Errors
 /// As [`container::read`].
 pub fn open_exact(bytes: &[u8], limits: &Limits) -> Result<Image> {
-    if container::payload(bytes)? == Payload::Texels {
-        return container::read(bytes, limits);
+    if container::payload(bytes)? == Payload::Tiles {
+        return container::read_by(bytes, limits, open_tile);
     }
     let labels = container::read_labels(bytes, limits)?;
     if labels.scale_log2 > 0 {

@@ -62,7 +62,7 @@ impl Archive {
         self.0.length() as f64
     }
 
-    /// Whether the file holds labels, to which texels have to be fitted before it is drawn.
+    /// Whether the file holds labels of the whole picture, to which texels have to be fitted before it is drawn.
     #[wasm_bindgen(getter, js_name = holdsLabels)]
     pub fn holds_labels(&self) -> bool {
         self.0.payload() == Payload::Labels
@@ -102,7 +102,8 @@ impl Archive {
         self.0.add_directory(number as usize, bytes).map_err(thrown)
     }
 
-    /// Reads a tile from its bytes. Throws as `needs`.
+    /// Reads a tile of texels from its bytes: those of the file, or ones that were drawn from these, which held
+    /// labels and were checked before. Throws as `needs`; for labels the name is `unsupported`.
     #[wasm_bindgen(js_name = readTile)]
     pub fn read_tile(
         &self,
@@ -110,11 +111,15 @@ impl Archive {
         x: u32,
         y: u32,
         bytes: &[u8],
+        drawn: bool,
     ) -> std::result::Result<Tile, JsValue> {
         let read = || -> Result<Tile> {
             let at = TileAt { level, at: [x, y] };
+            if !drawn {
+                self.0.check_tile(at, bytes)?;
+            }
             let container::Tile { model, regions, .. } =
-                container::read_tile(&self.0, at, bytes, &Limits::default())?;
+                container::decode_tile(&self.0, at, bytes, &Limits::default())?;
             let placement = self.0.layout().placement(at);
             Ok(Tile { model: Rc::new(model), regions, placement })
         };

@@ -27,9 +27,9 @@ const MAX_CHUNKS: u32 = 64;
 /// What a file carries of its picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Payload {
-    /// The model as it is drawn.
-    Texels,
-    /// Labels of the source, one for each pixel or for squares of them: the reader fits texels to them.
+    /// Tiles of texels, the model as it is drawn, or of labels from which it is drawn at once.
+    Tiles,
+    /// Labels of the whole picture, one for each pixel or for squares of them: the reader fits texels to them.
     Labels,
 }
 
@@ -147,7 +147,7 @@ impl Index {
             other => return Err(newer("γ", other)),
         };
         let payload = match payload {
-            0 => Payload::Texels,
+            0 => Payload::Tiles,
             1 => Payload::Labels,
             other => return Err(newer("payload", other)),
         };
@@ -258,7 +258,7 @@ impl Index {
         self.payload
     }
 
-    /// The number of regions of all tiles; 0 where the tiles hold labels.
+    /// The number of regions of all tiles; 0 where the file holds labels of the whole picture.
     pub fn regions(&self) -> u32 {
         self.regions
     }

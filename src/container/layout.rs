@@ -13,6 +13,9 @@ pub const LEVEL_STEP_LOG2: u8 = 2;
 const MAX_LEVELS: u8 = 16;
 /// The longest side of a picture, and the widest tile, in pixels: what is counted from them fits 31 bits.
 const MAX_SIDE_LOG2: u8 = 30;
+/// How far beyond a tile its labels reach, where it is one of labels: in pixels of its level, as far as that has any.
+#[cfg(feature = "encode")]
+pub const APRON: u32 = 64;
 /// log₂ of how many tiles a leaf of the directory covers along each axis.
 const LEAF_LOG2: u8 = 4;
 
@@ -127,6 +130,16 @@ impl Layout {
         let size = self.level_size(tile.level);
         let width = 1 << self.tile_log2;
         (first, std::array::from_fn(|axis| (size[axis] - first[axis]).min(width)))
+    }
+
+    /// What the labels of a tile are of, where it is one of labels: the tile and [`APRON`] pixels around it.
+    #[cfg(feature = "encode")]
+    pub fn around(&self, tile: TileAt) -> ([u32; 2], [u32; 2]) {
+        let (first, size) = self.tile_rect(tile);
+        let level = self.level_size(tile.level);
+        let from = first.map(|along| along.saturating_sub(APRON));
+        let end = |axis: usize| (first[axis] + size[axis] + APRON).min(level[axis]);
+        (from, std::array::from_fn(|axis| end(axis) - from[axis]))
     }
 
     /// Where a tile lies in the picture.

@@ -23,6 +23,8 @@ mod parts;
 mod read;
 mod texels;
 #[cfg(feature = "encode")]
+mod tile_labels;
+#[cfg(feature = "encode")]
 mod write;
 #[cfg(feature = "encode")]
 mod writer;
@@ -37,6 +39,8 @@ pub(crate) use label_file::read_areas;
 pub use label_file::{Labels, MAX_SCALE_LOG2, Palette, Squares, read_labels, write_labels};
 #[cfg(feature = "encode")]
 pub(crate) use labels::{cracks, simplify as simplify_labels};
+#[cfg(feature = "encode")]
+pub use layout::APRON;
 pub use layout::{LEVEL_STEP_LOG2, Layout, TileAt};
 #[cfg(feature = "encode")]
 pub use names::{MAX_NAME, Names, names, with_names};
@@ -44,14 +48,20 @@ pub use names::{MAX_NAME, Names, names, with_names};
 pub use notes::{Notes, notes};
 #[cfg(feature = "encode")]
 pub use parts::{Part, parts};
+#[cfg(feature = "encode")]
+pub(crate) use read::read_by;
 pub use read::{Tile, decode_tile, read, read_tile};
+#[cfg(feature = "encode")]
+pub use tile_labels::holds_labels;
+#[cfg(feature = "encode")]
+pub(crate) use tile_labels::{TileLabels, read_tile_labels, write_tile_labels};
 #[cfg(feature = "encode")]
 pub use write::{tile_bytes, write, write_with};
 #[cfg(feature = "encode")]
 pub use writer::{Assembly, TiledWriter};
 
 /// The version that this crate writes, and the only one it reads.
-pub const VERSION: u16 = 5;
+pub const VERSION: u16 = 6;
 
 /// The first bytes of every file. The first is no ASCII and the last two a line end, so that a
 /// transfer that strips a bit or changes line ends shows at once.

@@ -2,7 +2,7 @@
 
 use super::chunks::{self, Chunk};
 use super::index::{Index, Payload};
-use super::{label_file, read};
+use super::{label_file, read, tile_labels};
 use crate::error::Result;
 
 /// One part of a tile.
@@ -19,13 +19,15 @@ pub struct Part {
 /// # Errors
 /// [`Error::Malformed`](crate::Error::Malformed) where their lengths do not add up.
 pub fn parts(index: &Index, tile: &[u8]) -> Result<Vec<Part>> {
+    let chunks = chunks::list(tile)?;
     let known = match index.payload() {
-        Payload::Texels => &read::KNOWN[..],
         Payload::Labels => &label_file::KNOWN[..],
+        Payload::Tiles if tile_labels::are_labels(&chunks) => &tile_labels::KNOWN[..],
+        Payload::Tiles => &read::KNOWN[..],
     };
     let part = |chunk: &Chunk<'_>| {
         let kind = known.iter().find(|(letter, _)| *letter == chunk.letter);
         Part { name: kind.map_or("unknown", |(_, name)| name), bytes: chunk.bytes as u64 }
     };
-    Ok(chunks::list(tile)?.iter().map(part).collect())
+    Ok(chunks.iter().map(part).collect())
 }

@@ -25,13 +25,25 @@ pub struct Tile {
     pub regions: Vec<RegionId>,
 }
 
-/// Reads a whole file: its finest level, all tiles in one.
+/// Reads a whole file of texels: its finest level, all tiles in one.
 ///
 /// # Errors
 /// [`Error::Malformed`] for damaged or foreign bytes, [`Error::Unsupported`] for a version, kernel,
-/// γ or chunk that this reader does not know, [`Error::Limit`] for more than `limits` allow,
+/// γ or chunk that this reader does not know, labels among them, [`Error::Limit`] for more than `limits` allow,
 /// [`Error::Usage`] for a shard.
 pub fn read(bytes: &[u8], limits: &Limits) -> Result<Image> {
+    read_by(bytes, limits, read_tile)
+}
+
+/// Reads a whole file by what reads a tile.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn read_by(
+    bytes: &[u8],
+    limits: &Limits,
+    read_tile: impl Fn(&Index, TileAt, &[u8], &Limits) -> Result<Tile>,
+) -> Result<Image> {
     let index = Index::of_whole(bytes, limits)?;
     limits.check_size(index.layout().size)?;
     let mut tiles = Vec::new();
@@ -54,7 +66,7 @@ pub(super) fn absent(tile: TileAt) -> Error {
     Error::Usage(format!("{tile} is not in this file: merge its shards"))
 }
 
-/// Reads one tile from its bytes in the file: those that [`Index::find`] says.
+/// Reads one tile of texels from its bytes in the file: those that [`Index::find`] says.
 ///
 /// # Errors
 /// As [`read`].
@@ -63,12 +75,12 @@ pub fn read_tile(index: &Index, tile: TileAt, bytes: &[u8], limits: &Limits) -> 
     decode_tile(index, tile, bytes, limits)
 }
 
-/// Reads one tile from any bytes, whatever their checksum is.
+/// Reads one tile of texels from any bytes, whatever their checksum is.
 ///
 /// # Errors
 /// As [`read`].
 pub fn decode_tile(index: &Index, tile: TileAt, bytes: &[u8], limits: &Limits) -> Result<Tile> {
-    if index.payload() != Payload::Texels {
+    if index.payload() != Payload::Tiles {
         return Err(Error::Unsupported(
             "the file holds labels, to which texels have to be fitted first".into(),
         ));
@@ -165,7 +177,7 @@ fn read_ids(mut from: Reader<'_>, count: usize, regions: u32) -> Result<Vec<Regi
     Ok(ids)
 }
 
-fn read_regions(mut from: Reader<'_>) -> Result<Vec<Region>> {
+pub(super) fn read_regions(mut from: Reader<'_>) -> Result<Vec<Region>> {
     let count = from.count(4)?;
     let mut regions = Vec::with_capacity(count);
     for _ in 0..count {
@@ -175,7 +187,7 @@ fn read_regions(mut from: Reader<'_>) -> Result<Vec<Region>> {
     Ok(regions)
 }
 
-fn read_nodes<const E: usize>(mut from: Reader<'_>) -> Result<Vec<Node<E>>> {
+pub(super) fn read_nodes<const E: usize>(mut from: Reader<'_>) -> Result<Vec<Node<E>>> {
     let count = from.count(E + 1)?;
     let mut nodes = Vec::with_capacity(count);
     for _ in 0..count {
@@ -192,7 +204,7 @@ fn read_nodes<const E: usize>(mut from: Reader<'_>) -> Result<Vec<Node<E>>> {
 
 /// Simplices in order: the first corner as a step from the one before, each further corner as a
 /// step from the corner before it.
-fn read_simplices<const N: usize>(mut from: Reader<'_>) -> Result<Vec<[u32; N]>> {
+pub(super) fn read_simplices<const N: usize>(mut from: Reader<'_>) -> Result<Vec<[u32; N]>> {
     let count = from.count(N)?;
     let mut simplices = Vec::with_capacity(count);
     let mut first = 0;
@@ -224,7 +236,7 @@ fn read_planes<const E: usize>(mut from: Reader<'_>) -> Result<Vec<EdgePlane<E>>
     Ok(planes)
 }
 
-fn read_lists(mut from: Reader<'_>, nodes: usize) -> Result<Lists> {
+pub(super) fn read_lists(mut from: Reader<'_>, nodes: usize) -> Result<Lists> {
     let count = from.count(2)?;
     let mut lists = Lists::default();
     for _ in 0..count {

@@ -12,7 +12,7 @@ use crate::entropy::Encoder;
 use crate::error::{Error, Result};
 use crate::gamma::Gamma;
 use crate::limits::Limits;
-use crate::model::{Image, RegionId};
+use crate::model::{Image, Lists, Node, Region, RegionId};
 
 /// Writes a whole file of one tile.
 ///
@@ -63,11 +63,11 @@ pub fn tile_bytes(
     model.check(&Limits { pixels: u64::MAX, memory: u64::MAX, ..Limits::default() })?;
     let [blocks, texels] = blocks(model)?;
     let mut parts = vec![
-        region_colors(model),
-        nodes(model),
+        region_colors(&model.regions),
+        nodes(&model.nodes),
         simplices(&model.edges),
         simplices(&model.faces),
-        lists(model),
+        lists(&model.lists),
         blocks,
         texels,
     ];
@@ -93,21 +93,21 @@ fn ids(regions: &[RegionId]) -> Vec<u8> {
     out
 }
 
-fn region_colors(model: &Image) -> Vec<u8> {
+pub(super) fn region_colors(regions: &[Region]) -> Vec<u8> {
     let mut out = Vec::new();
-    push_varint(&mut out, model.regions.len() as u32);
-    for region in &model.regions {
+    push_varint(&mut out, regions.len() as u32);
+    for region in regions {
         out.extend(region.color);
     }
     out
 }
 
-fn nodes(model: &Image) -> Vec<u8> {
+pub(super) fn nodes(nodes: &[Node<3>]) -> Vec<u8> {
     let mut out = Vec::new();
-    push_varint(&mut out, model.nodes.len() as u32);
-    model.nodes.iter().for_each(|node| out.extend(node.position));
+    push_varint(&mut out, nodes.len() as u32);
+    nodes.iter().for_each(|node| out.extend(node.position));
     let mut last = 0;
-    for node in &model.nodes {
+    for node in nodes {
         // Mostly one after the other.
         let region = node.region.map_or(0, |region| region + 1);
         push_varint(&mut out, region.wrapping_sub(last).wrapping_sub(1));
@@ -116,7 +116,7 @@ fn nodes(model: &Image) -> Vec<u8> {
     out
 }
 
-fn simplices<const N: usize>(simplices: &[[u32; N]]) -> Vec<u8> {
+pub(super) fn simplices<const N: usize>(simplices: &[[u32; N]]) -> Vec<u8> {
     let mut out = Vec::new();
     push_varint(&mut out, simplices.len() as u32);
     let mut first = 0;
@@ -143,10 +143,10 @@ fn planes(model: &Image) -> Vec<u8> {
     out
 }
 
-fn lists(model: &Image) -> Vec<u8> {
+pub(super) fn lists(lists: &Lists) -> Vec<u8> {
     let mut out = Vec::new();
-    push_varint(&mut out, model.lists.len() as u32);
-    for list in model.lists.iter() {
+    push_varint(&mut out, lists.len() as u32);
+    for list in lists.iter() {
         push_varint(&mut out, list.len() as u32);
         let mut last = 0;
         for &node in list {

@@ -45,13 +45,13 @@ enum Piece {
 }
 
 impl TiledWriter {
-    /// Of a file of texels without any tiles.
+    /// Of a file that has no tiles yet.
     ///
     /// # Errors
     /// [`Error::Usage`] for a picture without pixels, [`Error::Limit`] for one with a side of over 2³⁰,
     /// [`Error::Malformed`] for widths or levels out of range.
     pub fn new(layout: Layout) -> Result<Self> {
-        Self::with_payload(layout, Payload::Texels)
+        Self::with_payload(layout, Payload::Tiles)
     }
 
     pub(super) fn with_payload(layout: Layout, payload: Payload) -> Result<Self> {
@@ -157,7 +157,7 @@ impl TiledWriter {
             },
             block_log2,
             match self.payload {
-                Payload::Texels => 0,
+                Payload::Tiles => 0,
                 Payload::Labels => 1,
             },
         ]);

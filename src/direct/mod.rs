@@ -24,7 +24,7 @@ use crate::gamma::Gamma;
 use crate::grid;
 use crate::kernel::Kernel;
 use crate::limits::Limits;
-use crate::model::{Image, Node, Region, RegionId};
+use crate::model::{Image, Lists, Node, NodeId, Region, RegionId};
 use bands::Bands;
 use cracks::Cracks;
 use lists::Found;
@@ -102,27 +102,81 @@ pub(crate) fn strip(size: [u32; 2], labels: &[RegionId], rows: Range<usize>) -> 
     Strip::new(&Cracks::new(size, labels), labels, rows)
 }
 
+/// What of the model of a part does not follow from its labels.
+#[derive(Default)]
+pub(crate) struct Beyond {
+    /// Regions of the part that meet elsewhere, in order.
+    pub edges: Vec<[NodeId; 2]>,
+    /// Those of which three do, in order.
+    pub faces: Vec<[NodeId; 3]>,
+    /// Lists whose nodes get into each other's way, in order.
+    pub crowded: Lists,
+}
+
 /// The model of a part of a picture, as that of the whole has it but for [`APRON`] pixels at its sides
-/// where the picture goes on. `numbers` are the part's regions in the whole picture, in ascending order.
+/// where the picture goes on, and for regions that are only there.
+///
+/// # Errors
+/// As [`model`].
 pub(crate) fn part(
     mut areas: Areas<'_>,
-    numbers: &[RegionId],
-    whole: &Met,
-    placing: &Placing,
+    positions: &[[u8; 3]],
+    beyond: &Beyond,
     (gamma, block_log2): (Gamma, u8),
     limits: &Limits,
 ) -> Result<Image> {
     let (cracks, mut found) = look_through(&mut areas, block_log2, limits)?;
-    let number = |&region: &RegionId| numbers[region as usize];
-    found.leave_out(|list| {
-        let list: Vec<RegionId> = list.iter().map(number).collect();
-        placing.broken.contains(&list)
-    });
-    let positions: Vec<[u8; 3]> =
-        numbers.iter().map(|&region| placing.positions[region as usize]).collect();
-    let mut image = draw(areas, &cracks, &found, &positions, (gamma, block_log2));
-    (image.edges, image.faces) = whole.among(numbers);
+    let crowded: Vec<&[NodeId]> = beyond.crowded.iter().collect();
+    found.leave_out(|list| crowded.binary_search(&list).is_ok());
+    let mut image = draw(areas, &cracks, &found, positions, (gamma, block_log2));
+    image.edges = in_order(found.met.edges, &beyond.edges);
+    image.faces = in_order(found.met.faces, &beyond.faces);
     Ok(image)
+}
+
+/// What the whole of a picture knows of a part beyond its labels. `numbers` are the part's regions in the whole picture, in
+/// ascending order; what those meet elsewhere is wanted of `near`, some of these.
+///
+/// # Errors
+/// [`Error::Limit`] where [`part`] would take more memory than `limits` allow.
+pub(crate) fn beyond(
+    mut areas: Areas<'_>,
+    (numbers, near): (&[RegionId], &[RegionId]),
+    whole: &Met,
+    placing: &Placing,
+    block_log2: u8,
+    limits: &Limits,
+) -> Result<Beyond> {
+    let (_, found) = look_through(&mut areas, block_log2, limits)?;
+    let mut crowded: Vec<&[NodeId]> = Vec::new();
+    for list in found.met.set.lists.iter() {
+        let numbered: Vec<RegionId> = list.iter().map(|&own| numbers[own as usize]).collect();
+        if placing.broken.contains(&numbered) {
+            crowded.push(list);
+        }
+    }
+    crowded.sort_unstable();
+    let mut beyond = Beyond::default();
+    crowded.iter().for_each(|list| {
+        beyond.crowded.push(list);
+    });
+    let (edges, faces) = whole.among(near);
+    let place =
+        |own: NodeId| numbers.binary_search(&near[own as usize]).unwrap_or_default() as NodeId;
+    let Met { edges: own_edges, faces: own_faces, .. } = &found.met;
+    let edges = edges.into_iter().map(|edge| edge.map(place));
+    beyond.edges = edges.filter(|edge| own_edges.binary_search(edge).is_err()).collect();
+    let faces = faces.into_iter().map(|face| face.map(place));
+    beyond.faces = faces.filter(|face| own_faces.binary_search(face).is_err()).collect();
+    Ok(beyond)
+}
+
+/// What is in either, each once.
+fn in_order<T: Ord + Copy>(mut all: Vec<T>, more: &[T]) -> Vec<T> {
+    all.extend(more);
+    all.sort_unstable();
+    all.dedup();
+    all
 }
 
 /// The model but for its edges and faces.

@@ -1,10 +1,11 @@
 //! Pictures that are too large to be there at once.
 //!
 //! They are read three times, row by row. First regions are found, over the whole picture; then who comes
-//! near whom, so that nodes have the same places in all tiles; then tiles are drawn straight from labels
-//! (see [`direct`](crate::direct)), a row of tiles at a time, and written as they come. What is drawn at
-//! a place follows from the labels around it and from where nodes lie, and so tiles fit each other
-//! exactly: the file is the very same that cutting the model of the whole picture would give.
+//! near whom, so that nodes have the same places in all tiles; then tiles are packed, a row of them
+//! at a time, and written as they come: as labels, from which texels are drawn (see
+//! [`direct`](crate::direct)). What is drawn at a place follows from the labels around it, which the tile
+//! has too, and from where nodes lie. So tiles fit each other exactly: they are drawn as the very same that
+//! cutting the model of the whole picture would give.
 //!
 //! ```text
 //! rows ─ runs ─┬─ regions ─▶ numbers
@@ -14,6 +15,7 @@
 //!
 //! Memory goes with the width of the picture, with regions and with who meets whom, not with its height.
 
+mod apron;
 mod reduce;
 mod regions;
 mod runs;
@@ -100,9 +102,10 @@ pub struct Streamed {
 }
 
 /// Encodes a picture of any size in tiles and levels, reading it row by row. At its own size it decodes to
-/// the very colours or labels that it was made from; the texels of coarser levels stand for squares of
+/// the very colours or labels that it was made from; the pixels of coarser levels stand for squares of
 /// pixels, of which each goes to the class that has most of it, and there to the region that has most. Tiles
-/// are written to the `spool`, end to end. `progress` is told what is done and how many rows of the picture
+/// hold labels, from which [`open_tile`](crate::open_tile) draws texels. They are written to the `spool`, end to
+/// end. `progress` is told what is done and how many rows of the picture
 /// it is done for.
 ///
 /// ```
@@ -191,7 +194,7 @@ pub fn encode_rows(
                 return Ok(());
             }
             let nodes = &nodes[usize::from(row.level)];
-            for (tile, bytes) in tiles::draw(&layout, row, nodes, &color, limits)? {
+            for (tile, bytes) in tiles::pack(&layout, row, nodes, &color, limits)? {
                 spool
                     .write_all(&bytes)
                     .map_err(|error| Error::Io(format!("cannot write tiles: {error}")))?;
@@ -199,7 +202,7 @@ pub fn encode_rows(
             }
             Ok(())
         },
-        |rows| progress("drawing tiles", rows),
+        |rows| progress("packing tiles", rows),
     )?;
     let regions = numbering.classes.len() as u32;
     Ok(Streamed { assembly: writer.finish(regions, &Notes::default())?, regions })

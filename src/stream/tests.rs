@@ -1,7 +1,8 @@
-//! The file of a picture that is streamed is the one that its whole model gives.
+//! The file of a picture that is streamed is drawn as its whole model.
 
 use super::*;
 use crate::container::{self, Index, TileAt, cut_tile, tile_bytes};
+use crate::draw_tile::open_tile;
 use crate::labels::{Source, components};
 use crate::model::{Image, Region, RegionId};
 use crate::raster;
@@ -77,39 +78,49 @@ fn models(source: &Source<2>, options: &StreamOptions, levels: u8) -> Vec<Image>
 }
 
 #[test]
-fn a_streamed_file_is_that_of_the_whole_model() {
-    for (size, tile_log2, connectivity) in [
-        ([701, 523], 6, Connectivity::Face),
-        ([450, 610], 7, Connectivity::Vertex),
-        ([130, 1], 6, Connectivity::Face),
-        ([3, 300], 6, Connectivity::Face),
-        ([64, 64], 6, Connectivity::Face),
+fn a_streamed_file_is_drawn_as_the_whole_model() {
+    let mut names = std::collections::BTreeSet::new();
+    for (size, tile_log2, connectivity, gamma) in [
+        ([701, 523], 6, Connectivity::Face, Gamma::Voronoi),
+        ([450, 610], 7, Connectivity::Vertex, Gamma::Planes),
+        ([130, 1], 6, Connectivity::Face, Gamma::Voronoi),
+        ([3, 300], 6, Connectivity::Face, Gamma::Voronoi),
+        ([64, 64], 6, Connectivity::Face, Gamma::Voronoi),
     ] {
         let source = picture(size, tile_log2.into());
-        let options = StreamOptions { connectivity, ..options(tile_log2) };
+        let options = StreamOptions { connectivity, gamma, ..options(tile_log2) };
         let bytes = streamed(&mut source.rows(), &options).unwrap();
         let index = Index::of_whole(&bytes, &Limits::default()).unwrap();
         let layout = index.layout().clone();
         let models = models(&source, &options, layout.levels);
-        let mut writer = TiledWriter::new(layout.clone()).unwrap();
-        let mut spool = Vec::new();
+        let (mut labels, mut texels) = (0, 0);
         for tile in layout.tiles() {
             let (first, size) = layout.tile_rect(tile);
-            let model = &models[usize::from(tile.level)];
-            let (model, regions) = cut_tile(model, None, first, size).unwrap();
-            let bytes = tile_bytes(&layout, tile, &model, &regions).unwrap();
-            writer.add(tile, &bytes).unwrap();
-            spool.extend(bytes);
+            let whole = &models[usize::from(tile.level)];
+            let (model, regions) = cut_tile(whole, None, first, size).unwrap();
+            let container::Found::Tile(range) = index.find(tile).unwrap() else { panic!("{tile}") };
+            let own = &bytes[range.start as usize..range.end as usize];
+            let drawn = open_tile(&index, tile, own, &Limits::default()).unwrap();
+            assert!(drawn.model == model && drawn.regions == regions, "{size:?} {tile}");
+            labels += own.len();
+            texels += tile_bytes(&layout, tile, &model, &regions).unwrap().len();
+            let parts = container::parts(&index, own).unwrap();
+            names.extend(parts.iter().map(|part| part.name));
         }
-        let assembly = writer.finish(index.regions(), &Notes::default()).unwrap();
-        assert!(assembly.from_memory(&spool).unwrap() == bytes, "{size:?}");
+        println!("{size:?}: {labels} bytes of labels, {texels} of texels");
+        assert!(labels < texels, "{size:?}: {labels} bytes, as texels {texels}");
 
         // So it has no more seams than the whole, and every pixel its region.
-        let joined = container::read(&bytes, &Limits::default()).unwrap();
+        let joined = crate::open(&bytes, &Limits::default()).unwrap();
         assert_eq!(raster::seams(&joined), raster::seams(&models[0]), "{size:?}");
         let found = components(&source, connectivity, &Limits::default()).unwrap();
         let decoded: Vec<_> = crate::decode_regions(&joined).into_iter().flatten().collect();
         assert!(decoded == found.labels, "{size:?}");
+    }
+    // All that labels alone would not tell was needed somewhere.
+    println!("{names:?}");
+    for name in ["region numbers", "edges", "faces", "crowded lists"] {
+        assert!(names.contains(name), "{name}");
     }
 }
 
@@ -125,7 +136,7 @@ fn where_boundaries_are_simple_no_border_of_tiles_has_a_seam() {
         .collect();
     let source = Source::from_labels(size, labels, &Limits::default()).unwrap();
     let bytes = streamed(&mut source.rows(), &options(6)).unwrap();
-    let joined = container::read(&bytes, &Limits::default()).unwrap();
+    let joined = crate::open(&bytes, &Limits::default()).unwrap();
     assert_eq!(raster::seams(&joined), 0);
 }
 
@@ -166,7 +177,7 @@ fn all_that_is_transparent_is_one_class() {
     let source = Source::from_colors([90, 90], &colors, &Limits::default()).unwrap();
     let bytes = streamed(&mut Colors(colors, 0), &options(6)).unwrap();
     assert!(bytes == streamed(&mut source.rows(), &options(6)).unwrap());
-    let joined = container::read(&bytes, &Limits::default()).unwrap();
+    let joined = crate::open(&bytes, &Limits::default()).unwrap();
     assert_eq!(joined.regions.len(), 9);
     assert_eq!(joined.regions[4].color, [0; 4]);
 }

@@ -1,8 +1,9 @@
 //! What a row of tiles says of its regions, and its tiles.
 
+use super::apron;
 use super::sweep::RowOfTiles;
-use crate::container::{Layout, TileAt, cut_tile, tile_bytes};
-use crate::direct::{self, APRON, Areas, Met, NEAR, Placing};
+use crate::container::{Layout, TileAt, TileLabels, write_tile_labels};
+use crate::direct::{self, Areas, Beyond, Met, NEAR, Placing};
 use crate::error::Result;
 use crate::limits::Limits;
 use crate::model::{Region, RegionId};
@@ -51,7 +52,7 @@ pub fn look(layout: &Layout, row: &RowOfTiles<'_>, met: &mut Met, limits: &Limit
 }
 
 /// The tiles of a row.
-pub fn draw(
+pub fn pack(
     layout: &Layout,
     row: &RowOfTiles<'_>,
     nodes: &Nodes,
@@ -62,12 +63,12 @@ pub fn draw(
         .into_par_iter()
         .map(|column| {
             let tile = TileAt { level: row.level, at: [column, row.number] };
-            Ok((tile, draw_tile(layout, tile, row, nodes, color, limits)?))
+            Ok((tile, pack_tile(layout, tile, row, nodes, color, limits)?))
         })
         .collect()
 }
 
-fn draw_tile(
+fn pack_tile(
     layout: &Layout,
     tile: TileAt,
     row: &RowOfTiles<'_>,
@@ -75,20 +76,38 @@ fn draw_tile(
     color: impl Fn(RegionId) -> [u8; 4],
     limits: &Limits,
 ) -> Result<Vec<u8>> {
-    let level = layout.level_size(tile.level);
     let (first, size) = layout.tile_rect(tile);
-    let from = first.map(|along| along.saturating_sub(APRON));
-    let around: [u32; 2] = std::array::from_fn(|axis| {
-        (first[axis] + size[axis] + APRON).min(level[axis]) - from[axis]
-    });
-    let numbers = row.rows.regions(from, around);
-    let place = |region| numbers.binary_search(&region).unwrap_or_default() as u32;
-    let labels = row.rows.paint(from, around, place);
-    let regions = numbers.iter().map(|&region| Region { color: color(region) }).collect();
-    let areas = Areas { size: around, labels: &labels, cracks: None, regions };
-    let how = (layout.gamma, layout.block_log2);
-    let model = direct::part(areas, &numbers, met, placing, how, limits)?;
-    let within = std::array::from_fn(|axis| first[axis] - from[axis]);
-    let (model, regions) = cut_tile(&model, Some(&numbers), within, size)?;
-    tile_bytes(layout, tile, &model, &regions)
+    let (from, around) = layout.around(tile);
+    let mut labels = row.rows.paint(from, around, |region| region);
+    apron::fill_in(around, &mut labels, std::array::from_fn(|axis| first[axis] - from[axis]), size);
+    let numbers = distinct(&labels);
+    for pixels in labels.chunk_by_mut(|a, b| a == b) {
+        pixels.fill(numbers.binary_search(&pixels[0]).unwrap_or_default() as u32);
+    }
+    // All that the tile's cells may show.
+    let level = layout.level_size(tile.level);
+    let near_from = first.map(|along| along.saturating_sub(NEAR));
+    let near = row.rows.regions(
+        near_from,
+        std::array::from_fn(|axis| {
+            (first[axis] + size[axis] + NEAR).min(level[axis]) - near_from[axis]
+        }),
+    );
+    let regions: Vec<Region> =
+        numbers.iter().map(|&region| Region { color: color(region) }).collect();
+    let areas = Areas { size: around, labels: &labels, cracks: None, regions: regions.clone() };
+    let among = (&numbers[..], &near[..]);
+    let Beyond { edges, faces, crowded } =
+        direct::beyond(areas, among, met, placing, layout.block_log2, limits)?;
+    let positions = numbers.iter().map(|&region| placing.positions[region as usize]).collect();
+    let labels = TileLabels { labels, numbers, regions, positions, edges, faces, crowded };
+    write_tile_labels(layout, tile, &labels, limits)
+}
+
+/// All that are there, in ascending order.
+fn distinct(labels: &[RegionId]) -> Vec<RegionId> {
+    let mut regions: Vec<RegionId> = labels.chunk_by(|a, b| a == b).map(|run| run[0]).collect();
+    regions.sort_unstable();
+    regions.dedup();
+    regions
 }

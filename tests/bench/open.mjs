@@ -46,7 +46,7 @@ export async function measureWeb(folder, glue, modules) {
       () => {
         const archive = Archive.open(bytes);
         const [offset, length] = archive.find(0, 0, 0);
-        return archive.readTile(0, 0, 0, bytes.subarray(offset, offset + length));
+        return archive.readTile(0, 0, 0, bytes.subarray(offset, offset + length), false);
       },
       (tile) => tile.free(),
     );

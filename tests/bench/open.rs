@@ -54,7 +54,7 @@ pub fn print(rows: &Rows) -> bool {
             );
             if let Some(folder) = std::env::var_os(FOLDER) {
                 let (fit, texels) = match kind {
-                    Payload::Texels => (0.0, bytes.clone()),
+                    Payload::Tiles => (0.0, bytes.clone()),
                     Payload::Labels => components::with_threads(1, || fitted(&bytes)),
                 };
                 let (read, _) = components::with_threads(1, || opened(&texels));
@@ -79,7 +79,7 @@ fn fitted(bytes: &[u8]) -> Vec<u8> {
 /// What a file stores, as it stores it.
 fn read(kind: Payload, bytes: &[u8]) {
     match kind {
-        Payload::Texels => drop(black_box(opened(bytes))),
+        Payload::Tiles => drop(black_box(opened(bytes))),
         Payload::Labels => {
             drop(black_box(container::read_labels(bytes, &Limits::default()).expect("a file")));
         }

@@ -95,7 +95,7 @@ fn check(source: &Cloth, bytes: &[u8]) {
         let tile = TileAt { level: 0, at };
         let Ok(Found::Tile(range)) = index.find(tile) else { panic!("{tile} is missing") };
         let bytes = &bytes[range.start as usize..range.end as usize];
-        let read = container::read_tile(&index, tile, bytes, &limits).expect("a tile");
+        let read = istar::open_tile(&index, tile, bytes, &limits).expect("a tile");
         let ([left, top], [width, height]) = index.layout().tile_rect(tile);
         let decoded = decode_regions(&read.model);
         let mut row = vec![0; source.side as usize];

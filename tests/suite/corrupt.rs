@@ -25,9 +25,24 @@ fn sample_of_labels() -> Vec<u8> {
     istar::encode_lossless(&fixtures::tiles(), &Default::default()).unwrap()
 }
 
+/// Tiles of labels, some of which have all parts that such tiles may have.
+fn sample_of_tiles_of_labels() -> Vec<u8> {
+    let (index, mut tiles) = tiled::tiles(&tiled::of_labels(&fixtures::tiles_of([72, 40])));
+    for (_, bytes) in tiles.iter_mut().skip(1) {
+        let there = chunks(bytes);
+        let missing = |letter: u8| there.iter().all(|chunk| chunk.0 != letter);
+        // The first two regions meet, or their nodes are in each other's way.
+        let more = [(b'E', vec![1, 0, 1]), (b'F', vec![0]), (b'X', vec![1, 2, 0, 1])];
+        for (letter, raw) in more.into_iter().filter(|more| missing(more.0)) {
+            bytes.extend(packed(&(letter, None, raw)));
+        }
+    }
+    tiled::assembled(&index, &tiles)
+}
+
 fn read(bytes: &[u8]) -> Result<istar::Image, Error> {
     match container::payload(bytes)? {
-        container::Payload::Texels => container::read(bytes, &Limits::default()),
+        container::Payload::Tiles => istar::open(bytes, &Limits::default()),
         container::Payload::Labels => istar::open_exact(bytes, &Limits::default()),
     }
 }
@@ -45,7 +60,8 @@ fn crc32(bytes: &[u8]) -> u32 {
 
 #[test]
 fn a_file_cut_short_anywhere_is_malformed() {
-    for bytes in [sample(), sample_with_planes(), sample_of_labels(), tiled::many()] {
+    let labels = [sample_of_labels(), sample_of_tiles_of_labels()];
+    for bytes in labels.into_iter().chain([sample(), sample_with_planes(), tiled::many()]) {
         for length in 0..bytes.len() {
             let result = read(&bytes[..length]);
             assert!(matches!(result, Err(Error::Malformed { .. })), "{length} bytes: {result:?}");
@@ -81,7 +97,7 @@ fn another_magic_version_or_chunk_has_its_own_message() {
     };
     assert!(with(1, b'X').to_string().contains("not an IStar file"));
     assert!(matches!(with(8, 9), Error::Unsupported(_)), "version");
-    for old in 0..5 {
+    for old in 0..6 {
         let error = with(8, old).to_string();
         assert!(error.contains(&format!("unsupported version {old}")), "{error}");
     }
@@ -221,6 +237,38 @@ fn mutants_of_labels_never_panic() {
 }
 
 #[test]
+fn mutants_of_tiles_of_labels_never_panic() {
+    survive(&sample_of_tiles_of_labels());
+}
+
+#[test]
+fn what_a_tile_of_labels_says_beside_them_must_hold() {
+    let refused = |letter: u8, raw: &[u8], part: &str| {
+        let (index, mut tiles) = tiled::tiles(&sample_of_tiles_of_labels());
+        let (_, bytes) = &mut tiles[1];
+        let mut chunks = chunks(bytes);
+        chunks.retain(|chunk| chunk.0 != letter);
+        chunks.push((letter, None, raw.to_vec()));
+        *bytes = chunks.iter().flat_map(packed).collect();
+        let error = read(&tiled::assembled(&index, &tiles)).unwrap_err();
+        assert!(
+            matches!(&error, Error::Malformed { part: found, .. } if *found == part),
+            "{error}"
+        );
+    };
+    refused(b'E', &[1, 0, 0xff, 0x7f], "edges");
+    refused(b'E', &[1, 0, 0], "edges");
+    refused(b'E', &[2, 0, 1, 0, 1], "edges");
+    refused(b'F', &[1, 0, 1, 0xff, 0x7f], "faces");
+    refused(b'X', &[1, 1, 0xff, 0x7f], "crowded lists");
+    refused(b'X', &[2, 1, 0, 1, 0], "crowded lists");
+    refused(b'I', &[0], "region numbers");
+    refused(b'N', &[0], "nodes");
+    refused(b'R', &[0], "nodes");
+    refused(b'S', &[0], "labels");
+}
+
+#[test]
 fn mutants_of_tiles_and_levels_never_panic() {
     let (image, notes) = istar::encode_with_notes(&small(), &Default::default(), |_| ()).unwrap();
     survive(&istar::encode_pyramid(&image, &notes, 5, &Default::default(), |_| ()).unwrap());
@@ -269,7 +317,7 @@ fn survive_lot(bytes: &[u8], lot: u64) -> u64 {
     for _ in 0..MUTANTS / LOTS {
         let mutant = mutant(bytes, &mut random);
         let image = match container::payload(&mutant) {
-            Ok(container::Payload::Texels) => container::read(&mutant, &limits()),
+            Ok(container::Payload::Tiles) => istar::open(&mutant, &limits()),
             Ok(container::Payload::Labels) => istar::open_exact(&mutant, &limits()),
             Err(error) => Err(error),
         };

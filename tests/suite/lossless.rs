@@ -46,7 +46,7 @@ fn what_is_drawn_is_fitted_well() {
         assert!(found.psnr >= least.psnr && found.lost_regions == 0, "{} dB", found.psnr);
         // A file with texels is opened as it is, both ways.
         let bytes = container::write(&image).unwrap();
-        assert_eq!(container::payload(&bytes), Ok(Payload::Texels));
+        assert_eq!(container::payload(&bytes), Ok(Payload::Tiles));
         assert_eq!(istar::open(&bytes, &limits()), Ok(image.clone()));
         assert_eq!(istar::open_exact(&bytes, &limits()), Ok(image));
     }

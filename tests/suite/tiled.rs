@@ -7,7 +7,7 @@ use istar::container::{
 use istar::grid::Point;
 use istar::labels::Source;
 use istar::model::RegionId;
-use istar::{EncodeOptions, Error, Gamma, Image, Kernel, Limits, raster};
+use istar::{EncodeOptions, Error, Gamma, Image, Kernel, Limits, StreamOptions, raster};
 
 /// A picture encoded in blocks of their own texel sizes.
 fn encoded(source: &Source<2>, kernel: Kernel) -> Image {
@@ -55,6 +55,14 @@ pub fn many() -> Vec<u8> {
         writer.add(at, &bytes).unwrap();
     }
     writer.finish(1, &Notes::default()).unwrap().from_memory(&spool).unwrap()
+}
+
+/// A picture as a file of tiles of 64 pixels that hold labels.
+pub fn of_labels(source: &Source<2>) -> Vec<u8> {
+    let options = StreamOptions { tile_log2: 6, ..StreamOptions::default() };
+    let mut spool = Vec::new();
+    let streamed = istar::encode_rows(&mut source.rows(), &options, &mut spool, |_, _| ()).unwrap();
+    streamed.assembly.from_memory(&spool).unwrap()
 }
 
 /// The tiles of a file with their bytes.
@@ -251,17 +259,50 @@ fn what_is_no_tile_is_not_written() {
 
 #[test]
 fn a_damaged_tile_spoils_that_tile_alone() {
-    let mut file = sample();
+    for file in [sample(), of_labels(&fixtures::tiles())] {
+        spoil_one_tile(file);
+    }
+}
+
+fn spoil_one_tile(mut file: Vec<u8>) {
     let (index, tiles) = tiles(&file);
-    let Found::Tile(range) = index.find(tiles[7].0).unwrap() else { panic!() };
+    let Found::Tile(range) = index.find(tiles[5].0).unwrap() else { panic!() };
     file[range.start as usize + 9] ^= 0x10;
     let index = Index::of_whole(&file, &Limits::default()).unwrap();
     for (i, (at, _)) in tiles.iter().enumerate() {
         let Found::Tile(range) = index.find(*at).unwrap() else { panic!() };
         let bytes = &file[range.start as usize..range.end as usize];
-        let read = container::read_tile(&index, *at, bytes, &Limits::default());
-        assert_eq!(read.is_err(), i == 7, "{at}");
+        let read = istar::open_tile(&index, *at, bytes, &Limits::default());
+        assert_eq!(read.is_err(), i == 5, "{at}");
     }
+}
+
+#[test]
+fn tiles_of_labels_are_told_from_those_of_texels_one_by_one() {
+    let source = fixtures::tiles();
+    let file = of_labels(&source);
+    let whole = istar::open(&file, &Limits::default()).unwrap();
+    let (index, mut tiles) = tiles(&file);
+    assert!(tiles.len() > 4);
+    // What knows no labels says so.
+    let (at, bytes) = &tiles[0];
+    let refused = container::read_tile(&index, *at, bytes, &Limits::default()).unwrap_err();
+    assert!(matches!(refused, Error::Unsupported(_)), "{refused}");
+    // A file may have some of either.
+    for (at, bytes) in tiles.iter_mut().step_by(2) {
+        assert!(container::holds_labels(bytes).unwrap(), "{at}");
+        let Tile { model, regions, .. } =
+            istar::open_tile(&index, *at, bytes, &Limits::default()).unwrap();
+        *bytes = tile_bytes(index.layout(), *at, &model, &regions).unwrap();
+        assert!(!container::holds_labels(bytes).unwrap(), "{at}");
+    }
+    let mixed = assembled(&index, &tiles);
+    assert!(mixed.len() > file.len());
+    assert_eq!(istar::open(&mixed, &Limits::default()).unwrap(), whole);
+    assert_eq!(istar::compare(&whole, &source).unwrap().wrong_pixels, 0);
+    // Memory is counted before it is taken.
+    let tight = Limits { memory: 100_000, ..Limits::default() };
+    assert!(matches!(istar::open(&file, &tight), Err(Error::Limit(_))));
 }
 
 /// The example in SPEC.md is small; this is what a picture of 65,536² pixels comes to.

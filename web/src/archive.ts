@@ -1,6 +1,6 @@
 import { Archive, type Camera, type Tile } from '#wasm';
 import { ViewerError, viewerError } from './errors.js';
-import { fitted } from './fitting.js';
+import type { FittingJob } from './fitting.js';
 import { changed, MemorySource, type Source } from './source.js';
 
 /** Bytes that are asked for first: the head of most files, and all of a small one. */
@@ -164,13 +164,28 @@ export class PictureFile {
       const from = offset - piece.offset;
       const raw = { ...id, head: this.#start, bytes: bytes.subarray(from, from + length) };
       let tile: Tile;
+      // The archive may be gone since the tile before.
+      signal.throwIfAborted();
       try {
-        tile = this.archive.readTile(id.level, id.x, id.y, raw.bytes);
+        tile = await this.#tile(raw, signal);
       } catch (cause) {
         each(raw, await this.#damaged(cause, signal));
         continue;
       }
       each(raw, tile);
+    }
+  }
+
+  /** Reads a tile. What the module does not know is labels, to which a worker gives texels. */
+  async #tile(raw: RawTile, signal: AbortSignal): Promise<Tile> {
+    const read = (drawn: boolean) => this.archive.readTile(raw.level, raw.x, raw.y, raw.bytes, drawn);
+    try {
+      return read(false);
+    } catch (cause) {
+      if (viewerError(cause, 'malformed').kind !== 'unsupported') throw cause;
+      raw.bytes = await fitted(raw, signal);
+      signal.throwIfAborted();
+      return read(true);
     }
   }
 
@@ -194,6 +209,14 @@ export class PictureFile {
     const now = new Uint8Array(data);
     return before.every((byte, i) => byte === now[i]) ? error : changed();
   }
+}
+
+/** Texels for labels. What makes them is fetched only then. */
+async function fitted(job: FittingJob, signal: AbortSignal): Promise<Uint8Array> {
+  const module = await import('./fitting.js').catch((cause) => {
+    throw new ViewerError('network', 'The encoder could not be fetched.', cause);
+  });
+  return module.fitted(job, signal);
 }
 
 function tileId(level: number, x: number, y: number): TileId {

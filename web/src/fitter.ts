@@ -1,13 +1,16 @@
-// The worker that fits texels to the labels of a file.
-import { fitTexels } from '#encoder';
+// The worker that gives texels to the labels of a file, or of a tile.
+import { drawTile, fitTexels } from '#encoder';
 import { loadEncoder } from './encoder.js';
 import { viewerError } from './errors.js';
 import type { FittingJob, FittingResult } from './fitting.js';
 
+let loaded: Promise<void> | undefined;
+
 addEventListener('message', async ({ data }: MessageEvent<FittingJob>) => {
   try {
-    await loadEncoder();
-    answer({ bytes: fitTexels(data) });
+    loaded ??= loadEncoder();
+    await loaded;
+    answer({ bytes: texels(data) });
   } catch (cause) {
     // What stops the module itself is that memory ran out.
     const step = cause instanceof WebAssembly.RuntimeError ? 'limit' : 'malformed';
@@ -15,6 +18,11 @@ addEventListener('message', async ({ data }: MessageEvent<FittingJob>) => {
     answer({ kind, message });
   }
 });
+
+function texels(job: FittingJob): Uint8Array {
+  if (job instanceof Uint8Array) return fitTexels(job);
+  return drawTile(job.head, job.level, job.x, job.y, job.bytes);
+}
 
 function answer(result: FittingResult): void {
   const transfer = 'bytes' in result ? [result.bytes.buffer] : [];

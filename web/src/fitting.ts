@@ -1,46 +1,62 @@
-import { type ErrorKind, ViewerError } from './errors.js';
+// Texels for labels, by a worker. A module of its own, fetched only where there are labels: dist/istar-labels.js.
+import type { RawTile } from './archive.js';
+import type { ErrorKind } from './errors.js';
 
-/** What the worker is given, and what it says. An error loses its class and its name on the way. */
-export type FittingJob = Uint8Array;
+/** What the worker is given, a whole file or a tile, and what it says. An error loses its class and its name on the way. */
+export type FittingJob = Uint8Array | RawTile;
 export type FittingResult = { bytes: Uint8Array } | { kind: ErrorKind; message: string };
 
 let last: Promise<unknown> = Promise.resolve();
+/** It stays for the next tile. */
+let worker: Worker | undefined;
 
 /**
- * The file with texels. One at a time, however many figures ask: each keeps a processor busy. Each in a worker of its own, whose
- * end gives back the memory that it took, also where it went wrong.
+ * The file or the tile with texels. One at a time, however many figures ask: each keeps a processor busy. A worker that had a
+ * file ends, which gives back the memory that it took; so does one where something went wrong.
  */
-export function fitted(bytes: Uint8Array, signal: AbortSignal): Promise<Uint8Array> {
-  const job = last.then(() => inWorker(bytes, signal));
-  last = job.catch(() => {});
-  return job;
+export function fitted(job: FittingJob, signal: AbortSignal): Promise<Uint8Array> {
+  const done = last.then(() => inWorker(job, signal));
+  last = done.catch(() => {});
+  return done;
 }
 
-async function inWorker(bytes: Uint8Array, signal: AbortSignal): Promise<Uint8Array> {
-  const stopped = new ViewerError('aborted', 'Loading was stopped.');
+async function inWorker(job: FittingJob, signal: AbortSignal): Promise<Uint8Array> {
+  const stopped = fault('aborted', 'Loading was stopped.');
   if (signal.aborted) throw stopped;
-  const worker = start();
+  worker ??= start();
+  const busy = worker;
   const ending = new AbortController();
+  const end = () => {
+    busy.terminate();
+    worker = undefined;
+  };
+  const isFile = job instanceof Uint8Array;
   try {
     return await new Promise((resolve, reject) => {
       const until = { signal: ending.signal };
-      signal.addEventListener('abort', () => reject(stopped), until);
+      // A tile is soon done, and another one will be wanted.
+      if (isFile) signal.addEventListener('abort', () => reject(stopped), until);
       const answered = ({ data }: MessageEvent<FittingResult>) => {
         if ('bytes' in data) resolve(data.bytes);
-        else reject(new ViewerError(data.kind, data.message));
+        else reject(fault(data.kind, data.message));
       };
       const failed = (event: Event) => {
         event.preventDefault();
-        reject(new ViewerError('unsupported', 'The encoder could not be started.', event));
+        reject(fault('unsupported', 'The encoder could not be started.', event));
       };
-      worker.addEventListener('message', answered, until);
-      worker.addEventListener('error', failed, until);
-      worker.addEventListener('messageerror', failed, until);
-      worker.postMessage(bytes satisfies FittingJob);
+      busy.addEventListener('message', answered, until);
+      busy.addEventListener('error', failed, until);
+      busy.addEventListener('messageerror', failed, until);
+      // Of its own: what is sent is a whole buffer.
+      const sent: FittingJob = isFile ? job : { ...job, bytes: job.bytes.slice() };
+      busy.postMessage(sent);
     });
+  } catch (cause) {
+    end();
+    throw cause;
   } finally {
     ending.abort();
-    worker.terminate();
+    if (isFile) end();
   }
 }
 
@@ -50,6 +66,11 @@ function start(): Worker {
     return new Worker(new URL('./istar-fitter.js', import.meta.url), { type: 'module' });
   } catch (cause) {
     // A worker's script must be of the page's own origin.
-    throw new ViewerError('unsupported', 'The encoder must come from the same server as the page.', cause);
+    throw fault('unsupported', 'The encoder must come from the same server as the page.', cause);
   }
+}
+
+/** Rust's errors have their kind for a name; so have those of a module beside the viewer's. */
+function fault(kind: ErrorKind, message: string, cause?: unknown): Error {
+  return Object.assign(new Error(message, { cause }), { name: kind });
 }

@@ -181,6 +181,8 @@ export class Tiles {
     }
     this.#tiles.set(id.key, { id, tile, scene: undefined, used: this.#frame });
     this.#bytes += tile.bytes;
+    // Others of its piece may take a while.
+    this.#changed();
   }
 
   /** Those used least recently go, on the GPU too. */

@@ -94,10 +94,11 @@ function wasmModule({ name, profile, features, optimize }) {
 export async function bundle() {
   await bundled('web/src/element.ts', 'istar.js', [
     'istar_bg.wasm',
-    'istar-fitter.js',
+    'istar-labels.js',
     'istar-cpu.js',
     'istar-names.js',
   ]);
+  await bundled('web/src/fitting.ts', 'istar-labels.js', ['istar-fitter.js']);
   await bundled('web/src/fitter.ts', 'istar-fitter.js', ['istar_encoder_bg.wasm']);
   await bundled('web/src/names.ts', 'istar-names.js', []);
   await bundled('web/src/legend.ts', 'istar-legend.js', []);
@@ -120,8 +121,9 @@ async function bundled(entry, name, fetched) {
   const fetchedModule = {
     name: 'module-fetched-when-used',
     setup(on) {
-      on.onResolve({ filter: /^\.\/(cpu|names)\.js$/ }, ({ path }) => {
-        return { path: path.replace('/', '/istar-'), external: true };
+      const files = { cpu: 'cpu', fitting: 'labels', names: 'names' };
+      on.onResolve({ filter: /^\.\/(cpu|fitting|names)\.js$/ }, ({ path }) => {
+        return { path: `./istar-${files[path.slice(2, -3)]}.js`, external: true };
       });
     },
   };

@@ -1,7 +1,9 @@
 //! A file of tiles, read as they are needed.
 
 use crate::files;
-use istar::container::{self, FIRST_BYTES, Found, Index, LEVEL_STEP_LOG2, Opened, Tile, TileAt};
+use istar::container::{
+    self, FIRST_BYTES, Found, Index, LEVEL_STEP_LOG2, Opened, Payload, Tile, TileAt,
+};
 use istar::model::RegionId;
 use istar::{Camera, Image, Limits};
 use std::fs::File;
@@ -88,12 +90,25 @@ impl Archive {
         }
     }
 
-    /// A tile of texels.
+    /// Whether the file holds labels: as a whole, or as its first tile does.
+    pub fn holds_labels(&mut self) -> Result<bool, String> {
+        if self.index.payload() == Payload::Labels {
+            return Ok(true);
+        }
+        for tile in self.index.layout().clone().tiles() {
+            if let Some(bytes) = self.tile_bytes(tile)? {
+                return container::holds_labels(&bytes).map_err(|error| self.at(&error));
+            }
+        }
+        Ok(false)
+    }
+
+    /// A tile, as it is drawn.
     pub fn tile(&mut self, tile: TileAt) -> Result<Tile, String> {
         let Some(bytes) = self.tile_bytes(tile)? else {
             return Err(self.at(&format!("{tile} is not in this file: merge its shards")));
         };
-        let read = container::read_tile(&self.index, tile, &bytes, &Limits::default());
+        let read = istar::open_tile(&self.index, tile, &bytes, &Limits::default());
         read.map_err(|error| self.at(&format!("{tile}: {error}")))
     }
 

@@ -41,7 +41,7 @@ enum What {
 
 pub fn run(args: &Args) -> Outcome {
     let output = files::Output::create(&args.output)?;
-    let archive = Archive::open(&args.input)?;
+    let mut archive = Archive::open(&args.input)?;
     archive.check_length()?;
     let size = archive.index.layout().size;
     let width = args.width.unwrap_or(size[0]);
@@ -51,8 +51,11 @@ pub fn run(args: &Args) -> Outcome {
     let mut camera = Camera::new(size, [width, height]);
     camera.look_at(Point::new(size.map(|n| 0.5 * f64::from(n))), scale);
     let png = match archive.index.payload() {
-        Payload::Texels => tiles(args, archive, &camera)?,
-        // At its own size the pixels that it was made from are wanted; at others, smooth boundaries.
+        Payload::Tiles => {
+            // At its own size the pixels that it was made from are wanted; at others, smooth boundaries.
+            let antialias = !args.no_antialias && (width != size[0] || !archive.holds_labels()?);
+            tiles(args, archive, &camera, antialias)?
+        }
         Payload::Labels if width == size[0] => {
             whole(args, &files::read_exact(&args.input)?.0, &camera)?
         }
@@ -75,10 +78,15 @@ fn whole(args: &Args, image: &Image, camera: &Camera) -> Result<Vec<u8>, String>
     }
 }
 
-fn tiles(args: &Args, mut archive: Archive, camera: &Camera) -> Result<Vec<u8>, String> {
+fn tiles(
+    args: &Args,
+    mut archive: Archive,
+    camera: &Camera,
+    antialias: bool,
+) -> Result<Vec<u8>, String> {
     match args.what {
         What::Color => {
-            let look = Look { antialias: !args.no_antialias, sheet: None };
+            let look = Look { antialias, sheet: None };
             let pixels = draw_tiles(&mut archive, camera, &look)?;
             pictures::write_png(camera.viewport(), &pixels)
         }

@@ -30,17 +30,8 @@ pub struct Args {
 }
 
 /// Options that take the whole picture at once.
-const NEEDS_WHOLE: [&str; 9] = [
-    "texel_size",
-    "psnr",
-    "max_bytes",
-    "lossless",
-    "payload",
-    "kernel",
-    "min_region",
-    "label_cost",
-    "forbid",
-];
+const NEEDS_WHOLE: [&str; 8] =
+    ["texel_size", "psnr", "max_bytes", "payload", "kernel", "min_region", "label_cost", "forbid"];
 
 /// How to encode.
 #[derive(clap::Args)]
@@ -55,7 +46,8 @@ struct Options {
     /// The best file of at most N bytes
     #[arg(long, value_name = "N", conflicts_with_all = ["texel_size", "psnr"])]
     max_bytes: Option<u64>,
-    /// Keep every pixel: the file holds the picture's labels, and what draws it fits texels to them
+    /// Keep every pixel: the file holds the picture's labels, in tiles where it is large, and what draws it makes
+    /// texels of them
     #[arg(long, conflicts_with_all = ["texel_size", "psnr", "max_bytes", "min_region", "forbid"])]
     lossless: bool,
     /// What the file holds. Without it: labels for --lossless, --psnr and --max-bytes, unless more is asked
@@ -67,10 +59,10 @@ struct Options {
     regions: RegionKind,
     /// Cut the picture into tiles of N pixels, a power of two from 64, with coarser levels beside it; 0 for
     /// one tile. Without it, large pictures are
-    #[arg(long, value_name = "N", value_parser = tile_size, conflicts_with = "lossless")]
+    #[arg(long, value_name = "N", value_parser = tile_size)]
     tile_size: Option<u32>,
     /// Read the picture row by row, in memory that does not grow with its height, and keep every pixel:
-    /// texels are drawn straight from labels. Without it, pictures of more than 134 megapixels are
+    /// tiles hold labels, from which texels are drawn. Without it, pictures of more than 134 megapixels are
     #[arg(long, conflicts_with_all = NEEDS_WHOLE)]
     stream: bool,
     /// Make part I of N of a picture's tiles, row by row; `istar merge` joins the parts
@@ -266,7 +258,6 @@ impl Options {
         let needs_whole = self.texel_size.is_some()
             || self.psnr.is_some()
             || self.max_bytes.is_some()
-            || self.lossless
             || self.payload.is_some()
             || self.kernel != KernelName::Quadratic
             || self.min_region > 0
@@ -274,7 +265,15 @@ impl Options {
             || !self.forbid.is_empty()
             || self.regions == RegionKind::Antialiased
             || self.tile_size == Some(0);
-        Ok(is_told || !needs_whole && stream::is_large(input))
+        let in_tiles = self.lossless && self.tile_size.is_some_and(|size| size > 0);
+        if in_tiles && needs_whole {
+            return Err(
+                "labels in tiles go with no --payload and no --kernel linear: leave these out, or \
+                 --tile-size"
+                    .into(),
+            );
+        }
+        Ok(is_told || in_tiles || !needs_whole && stream::is_large(input, self.lossless))
     }
 
     /// Whether a file for a target is of labels.
@@ -325,6 +324,7 @@ fn encode_rows(
             "size": written.size,
             "regions": written.regions,
             "streamed": true,
+            "lossless": true,
             "shard": (count > 1).then_some([number + 1, count]),
         });
         return tell!("{told}");

@@ -26,12 +26,14 @@ pub fn run(args: &Args) -> Outcome {
     let notes = container::notes(&archive.index).map_err(|error| archive.at(&error))?;
     let names = container::names(&archive.index).map_err(|error| archive.at(&error))?;
     let layout = archive.index.layout().clone();
-    let is_labels = archive.index.payload() == Payload::Labels;
-    let label_size = is_labels.then(|| 1u32 << layout.block_log2);
-    let payload = if is_labels { "labels" } else { "texels" };
+    let label_size = match archive.index.payload() {
+        Payload::Labels => Some(1u32 << layout.block_log2),
+        Payload::Tiles => archive.holds_labels()?.then_some(1),
+    };
+    let payload = if label_size.is_some() { "labels" } else { "texels" };
     let mut survey = Survey::default();
     let mut regions = archive.index.regions() as usize;
-    if is_labels {
+    if archive.index.payload() == Payload::Labels {
         let image = files::read_image(&args.input)?.0;
         survey.add(&image);
         regions = image.regions.len();
@@ -84,7 +86,7 @@ pub fn run(args: &Args) -> Outcome {
         "payload     {payload}{}",
         match label_size {
             None => String::new(),
-            Some(1) => ": one for each pixel; what follows is fitted to them".into(),
+            Some(1) => ": one for each pixel; what follows is drawn from them".into(),
             Some(n) => format!(": one for {n}×{n} pixels; what follows is fitted to them"),
         }
     )?;

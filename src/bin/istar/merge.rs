@@ -26,7 +26,7 @@ pub fn run(args: &Args) -> Outcome {
     let layout = first.index.layout().clone();
     for shard in &shards {
         shard.check_length()?;
-        if shard.index.payload() != Payload::Texels {
+        if shard.index.payload() != Payload::Tiles {
             return Err(shard.at(&"it holds labels in one tile: there is nothing to merge"));
         }
         if *shard.index.layout() != layout {

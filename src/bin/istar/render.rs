@@ -62,7 +62,7 @@ pub fn run(args: &Args) -> Outcome {
     let pixels = if archive.index.payload() == Payload::Labels || args.backend == Backend::Gpu {
         let section = match archive.index.payload() {
             Payload::Labels => whole(files::read_image(&args.input)?.0),
-            Payload::Texels => archive.view(&camera)?,
+            Payload::Tiles => archive.view(&camera)?,
         };
         let camera = section.camera(&camera);
         let styles = look.styles(&section);

@@ -10,11 +10,13 @@ use std::path::Path;
 /// A picture of more pixels is encoded row by row: fitting texels to all of it takes a hundred bytes a pixel.
 const MOST_AT_ONCE: u64 = 1 << 27;
 
-/// Whether a picture is too large to be encoded as a whole.
-pub fn is_large(input: &Path) -> bool {
+/// Whether a picture is too large to be encoded as a whole: for a file without loss, to be opened as one.
+pub fn is_large(input: &Path, lossless: bool) -> bool {
     // What is no picture is told where it is read.
     let Ok(size) = pictures::size_of(input) else { return false };
-    size.iter().map(|&side| u64::from(side)).product::<u64>() > MOST_AT_ONCE
+    let pixels = size.iter().map(|&side| u64::from(side)).product::<u64>();
+    pixels > MOST_AT_ONCE
+        || lossless && istar::suitable_tile_log2(size).is_some() && PngRows::open(input).is_ok()
 }
 
 /// What became of a picture.

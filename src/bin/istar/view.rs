@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> Outcome {
         Archive::open(&args.input)?.check_length()?;
         return serve(one_picture(&args.input)?, args.port);
     }
-    if args.regions != RegionKind::Antialiased && stream::is_large(&args.input) {
+    if args.regions != RegionKind::Antialiased && stream::is_large(&args.input, false) {
         let fault = |error| format!("cannot make a temporary folder: {error}");
         let folder = tempfile::tempdir().map_err(fault)?;
         let path = folder.path().join("picture.istar");

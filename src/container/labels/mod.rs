@@ -138,7 +138,7 @@ pub fn decode_areas(bytes: &[u8], size: [u32; 2], limits: &Limits) -> Result<Are
 }
 
 /// Gives pixels other numbers. Neighbours mostly have the same: so many at a time are looked at.
-fn renumber(labels: &mut [u32], numbers: &[u32]) {
+pub fn renumber(labels: &mut [u32], numbers: &[u32]) {
     const MANY: usize = 16;
     let (chunks, rest) = labels.as_chunks_mut::<MANY>();
     for chunk in chunks {

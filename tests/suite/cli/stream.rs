@@ -17,7 +17,25 @@ fn a_streamed_picture_is_without_loss_and_its_parts_make_the_same_file() {
     let info = json(&["info", whole, "--json"]);
     assert_eq!((&info["regions"], &info["seams"]), (&told["regions"], &0.into()), "{info}");
     assert_eq!((&info["tile_size"], &info["levels"]), (&64.into(), &3.into()), "{info}");
+    assert_eq!((&info["payload"], &info["label_size"]), (&"labels".into(), &1.into()), "{info}");
     assert!(succeed(&["verify", whole]).contains("0 violations"));
+    // At its own size it is just what it was made from; of others the boundaries are smooth.
+    let (decoded, drawn) = (folder.path("decoded.png"), folder.path("drawn.png"));
+    succeed(&["decode", whole, "-o", text(&decoded)]);
+    assert_eq!(json(&["compare", whole, text(&decoded), "--json"])["wrong_pixels"], 0.0);
+    let view = ["--center", "400,400", "--scale", "0.5", "--size", "300x200"];
+    succeed(&[&["render", whole, "-o", text(&drawn)][..], &view].concat());
+    let lossless = folder.path("lossless.istar");
+    let told = json(&[&encode[..], &["-o", text(&lossless), "--lossless"]].concat());
+    assert_eq!(told["lossless"], true);
+    assert!(std::fs::read(&lossless).unwrap() == std::fs::read(whole).unwrap());
+    let mut damaged = std::fs::read(whole).unwrap();
+    let last = damaged.len() - 9;
+    damaged[last] ^= 1;
+    let damaged = folder.file("damaged.istar", &damaged);
+    let told = istar(&["verify", text(&damaged)]);
+    assert_eq!(told.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&told.stderr).contains("185 of 186 tiles are sound"));
 
     let parts: Vec<PathBuf> = (1..=3).map(|part| folder.path(&format!("{part}.istar"))).collect();
     for (number, part) in (1..).zip(&parts) {
@@ -53,8 +71,7 @@ fn what_cannot_be_streamed_is_told_and_leaves_no_file() {
     for words in [["--shard", "0/3"], ["--shard", "4/3"], ["--shard", "x"]] {
         assert_eq!(istar(&["encode", png, "-o", out, words[0], words[1]]).status.code(), Some(2));
     }
-    for option in ["--lossless", "--psnr=30", "--kernel=linear", "--texel-size=8", "--min-region=4"]
-    {
+    for option in ["--psnr=30", "--kernel=linear", "--texel-size=8", "--min-region=4"] {
         let output = istar(&["encode", png, "-o", out, "--stream", option]);
         assert_eq!(output.status.code(), Some(2), "{option}");
     }
@@ -88,6 +105,10 @@ fn a_picture_too_large_to_be_there_at_once_is_streamed_by_itself() {
     let out = folder.path("o.istar");
     let told = json(&["encode", text(&png), "-o", text(&out), "--json"]);
     assert_eq!((&told["streamed"], &told["regions"]), (&true.into(), &2.into()), "{told}");
+    let lossless = folder.path("lossless.istar");
+    let told = json(&["encode", text(&png), "-o", text(&lossless), "--lossless", "--json"]);
+    assert_eq!(told["lossless"], true);
+    assert!(std::fs::read(&lossless).unwrap() == std::fs::read(&out).unwrap());
     let info = json(&["info", text(&out), "--json"]);
     assert_eq!((&info["size"], &info["levels"]), (&value!([width, height]), &3.into()), "{info}");
 }
