@@ -134,8 +134,8 @@ pub(crate) fn part(
     Ok(image)
 }
 
-/// What the whole of a picture knows of a part beyond its labels. `numbers` are the part's regions in the whole picture, in
-/// ascending order; what those meet elsewhere is wanted of `near`, some of these.
+/// What the whole of a picture knows of a part beyond its labels. `numbers` are the part's regions in the
+/// whole picture, in ascending order; what regions meet elsewhere is wanted of `near`, some of these.
 ///
 /// # Errors
 /// [`Error::Limit`] where [`part`] would take more memory than `limits` allow.

@@ -4,7 +4,7 @@
 
 use crate::Rows;
 use crate::growth::status;
-use istar::container::{self, Found, Index, TileAt};
+use istar::container::{Found, Index, TileAt};
 use istar::labels::RowSource;
 use istar::{Limits, StreamOptions, decode_regions, encode_rows};
 use rayon::prelude::*;
