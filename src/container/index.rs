@@ -13,6 +13,8 @@ use std::ops::Range;
 
 /// Bytes of the header: before the root of the directory.
 pub const HEADER_BYTES: usize = 40;
+/// The tag of the chunk that says what regions are called.
+pub(super) const NAMES: [u8; 4] = *b"name";
 /// Where in the header its flags are. They tell what is in the root, for those who do not read it.
 #[cfg(feature = "encode")]
 pub(super) const FLAGS_AT: usize = 30;
@@ -128,7 +130,7 @@ impl Index {
         if crc != crc32(&[&header[..unsigned], root].concat()) {
             return Err(Error::malformed("head", "its checksum does not match: it is damaged"));
         }
-        if flags > 1 || reserved != 0 {
+        if reserved != 0 {
             return Err(Error::malformed("header", "a field out of range"));
         }
         if (dimension, components, depth) != (2, 3, 1) {
@@ -163,7 +165,10 @@ impl Index {
             leaves: Vec::new(),
             length: end,
         };
-        index.read_root(Reader::new("directory", root))?;
+        let has_names = index.read_root(Reader::new("directory", root))?;
+        if u8::from(has_names) != flags {
+            return Err(Error::malformed("header", "its flags do not tell what is there"));
+        }
         Ok(Opened::Index(Box::new(index)))
     }
 
@@ -204,14 +209,17 @@ impl Index {
         ))
     }
 
-    fn read_root(&mut self, mut from: Reader<'_>) -> Result<()> {
+    /// Reads the root, and says whether it has a chunk of names.
+    fn read_root(&mut self, mut from: Reader<'_>) -> Result<bool> {
         self.regions = from.varint()?;
         let chunks = from.varint()?;
         if chunks > MAX_CHUNKS {
             return Err(from.error("a field out of range"));
         }
+        let mut has_names = false;
         for _ in 0..chunks {
             let tag: [u8; 4] = from.array()?;
+            has_names |= tag == NAMES;
             // Every one that there is may be skipped.
             if !tag[0].is_ascii_lowercase() {
                 return Err(Error::Unsupported(
@@ -245,7 +253,8 @@ impl Index {
             self.length = leaf.end;
             self.leaves.push(leaf);
         }
-        from.finish()
+        from.finish()?;
+        Ok(has_names)
     }
 
     /// What all tiles have in common.

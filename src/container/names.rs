@@ -1,13 +1,11 @@
 //! What the regions of a file are called: a chunk of the root, which a reader may skip.
 
 use super::bytes::{Reader, push_varint};
-use super::index::{HEADER_BYTES, Index};
-use super::{crc32, index::FLAGS_AT};
+use super::crc32;
+use super::index::{FLAGS_AT, HEADER_BYTES, Index, NAMES};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 
-/// The tag of the chunk.
-const NAMES: [u8; 4] = *b"name";
 /// In the header's flags: the root has the chunk. It spares those who do not need names to look for them.
 const HAS_NAMES: u8 = 1;
 

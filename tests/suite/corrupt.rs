@@ -111,7 +111,9 @@ fn another_magic_version_or_chunk_has_its_own_message() {
     assert!(matches!(with(28, 5), Error::Malformed { .. }), "more tiles than there are");
     assert!(matches!(with(29, 0), Error::Malformed { .. }), "no level");
     assert!(matches!(with(29, 2), Error::Malformed { .. }), "more levels than there are");
-    assert!(matches!(with(30, 1), Error::Malformed { .. }), "a field for later");
+    assert!(matches!(with(30, 1), Error::Malformed { .. }), "names that are not there");
+    assert!(matches!(with(30, 2), Error::Malformed { .. }), "a flag for later");
+    assert!(matches!(with(31, 1), Error::Malformed { .. }), "a field for later");
     let mut bytes = sample();
     (bytes[14], bytes[15]) = (0, 1);
     resign(&mut bytes);
