@@ -12,6 +12,14 @@ use crate::limits::Limits;
 /// A kind of chunk: its letter and what to call it. A small letter marks one that a reader may skip.
 pub type Kind = (u8, &'static str);
 
+/// What tiles of both kinds have.
+pub const REGIONS: Kind = (b'R', "regions");
+pub const NODES: Kind = (b'N', "nodes");
+pub const EDGES: Kind = (b'E', "edges");
+pub const FACES: Kind = (b'F', "faces");
+/// The numbers of the regions in the whole picture.
+pub const NUMBERS: Kind = (b'I', "region numbers");
+
 /// More chunks than any version writes into a tile.
 const MAX_CHUNKS: usize = 64;
 

@@ -114,15 +114,15 @@ pub fn decode_tile(index: &Index, tile: TileAt, bytes: &[u8], limits: &Limits) -
 /// The chunks that a reader must know, in the order in which they build on each other, and what to call
 /// them.
 pub(super) const KNOWN: [Kind; 9] = [
-    (b'R', "regions"),
-    (b'N', "nodes"),
-    (b'E', "edges"),
-    (b'F', "faces"),
+    chunks::REGIONS,
+    chunks::NODES,
+    chunks::EDGES,
+    chunks::FACES,
     (b'L', "lists"),
     (b'B', "blocks"),
     (b'T', "texels"),
     (b'P', "planes"),
-    (b'I', "region numbers"),
+    chunks::NUMBERS,
 ];
 const BLOCKS: usize = 5;
 const TEXELS: usize = 6;

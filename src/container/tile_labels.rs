@@ -33,12 +33,12 @@ pub(crate) struct TileLabels {
 
 /// The chunks of a tile, and what to call them. The first three are always there.
 pub(super) const KNOWN: [Kind; 7] = [
-    (b'R', "regions"),
-    (b'N', "nodes"),
+    chunks::REGIONS,
+    chunks::NODES,
     (b'S', "labels"),
-    (b'I', "region numbers"),
-    (b'E', "edges"),
-    (b'F', "faces"),
+    chunks::NUMBERS,
+    chunks::EDGES,
+    chunks::FACES,
     (b'X', "crowded lists"),
 ];
 const NODES: usize = 1;

@@ -1,4 +1,4 @@
-import { make } from './dom.js';
+import { make, sheetOf } from './dom.js';
 import css from './element.css';
 import {
   type Backend,
@@ -24,16 +24,8 @@ import { listenForWheel } from './wheel.js';
 // A server that renders pages imports this too, and has no HTMLElement.
 const Base = globalThis.HTMLElement ?? (class {} as typeof HTMLElement);
 
+/** One sheet for all figures. */
 let sheet: CSSStyleSheet | undefined;
-
-/** One sheet for all figures. Adopted, because a strict content security policy refuses a style element. */
-function styles(): CSSStyleSheet {
-  if (!sheet) {
-    sheet = new CSSStyleSheet();
-    sheet.replaceSync(css);
-  }
-  return sheet;
-}
 
 /**
  * `<istar-viewer src="map.istar" alt="…">`: shows a picture to pan and zoom. An `<img>` inside stands in until the first frame.
@@ -89,7 +81,8 @@ export class IStarViewer extends Base {
       this.#load();
     });
     const root = this.attachShadow({ mode: 'open' });
-    root.adoptedStyleSheets = [styles()];
+    sheet ??= sheetOf(css);
+    root.adoptedStyleSheets = [sheet];
     root.append(this.#fallback, this.#stage, this.#status.root, this.#message.root);
     this.#listen();
   }

@@ -1,5 +1,5 @@
 // `<istar-legend>`: what a picture's regions are called. A module of its own, for pages that want it: dist/istar-legend.js.
-import { make } from './dom.js';
+import { make, sheetOf } from './dom.js';
 import type { IStarViewer } from './element.js';
 import css from './legend.css';
 import type { Style } from './styles.js';
@@ -37,10 +37,8 @@ export class IStarLegend extends Base {
     this.#search.placeholder = 'Search';
     this.#search.ariaLabel = 'Search names';
     this.#search.addEventListener('input', () => this.#filter());
-    const sheet = new CSSStyleSheet();
-    sheet.replaceSync(css);
     const root = this.attachShadow({ mode: 'open' });
-    root.adoptedStyleSheets = [sheet];
+    root.adoptedStyleSheets = [sheetOf(css)];
     root.append(this.#search, this.#list);
   }
 
