@@ -11,7 +11,7 @@
 struct View {
     // Where the picture ends, in pixels of the viewport: left, top, right, lower.
     edges: vec4<f32>,
-    // The scene's pixel that holds the middle of the view, and the middle's place in it.
+    // The scene's pixel that holds the middle of the view, and the middle's place in it; from close by 0.
     anchor: vec2<i32>,
     offset: vec2<f32>,
     // The last pixel of the scene that is shown.
@@ -22,19 +22,21 @@ struct View {
     y_axis: vec2<f32>,
     // By these, screen pixels become twice the share of the target's width and height.
     to_clip: vec2<f32>,
-    // Patches along each axis, and the first of them, counted from the scene's start.
+    // Patches along each axis, and where the first of them starts: in pixels of the scene from the anchor, from
+    // close by (CLOSE) in screen pixels from the middle of the viewport.
     patches: vec2<u32>,
-    first: vec2<i32>,
+    start: vec2<f32>,
     // From close by (CLOSE): where the four cells in sight meet, in pixels of the viewport.
     split: vec2<f32>,
-    // Pixels of the scene per screen pixel, and per sub-sample.
+    // Pixels of the scene per screen pixel (from close by 1), and per sub-sample.
     pixel: f32,
     sub_pixel: f32,
     // Sub-samples along an axis of a screen pixel.
     samples: u32,
-    // log2 of widths, in pixels of the scene.
+    // log2 of the width of a block, in pixels of the scene.
     block_log2: u32,
-    patch_log2: u32,
+    // The width of a patch.
+    patch_width: f32,
     flags: u32,
     // How far outlines reach from boundaries, in screen pixels. With 0 there are none.
     reach: f32,

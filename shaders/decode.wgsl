@@ -345,8 +345,11 @@ fn decode(place: Place) -> Decoded {
     return decode_cell(cell.word, (vec2<f32>(within) + place.fraction) / width, view.sub_pixel / width);
 }
 
+// From close by: the word of the cell on those sides of the split.
+fn close_word(side: vec2<u32>) -> u32 {
+    return textureLoad(cells, vec2(side.y * 2u + side.x, 0u), 0).x;
+}
+
 fn decode_close(screen: vec2<f32>) -> Decoded {
-    let side = vec2<u32>(screen >= view.split);
-    let word = textureLoad(cells, vec2(side.y * 2u + side.x, 0u), 0).x;
-    return decode_cell(word, screen - view.middle, 1.0);
+    return decode_cell(close_word(vec2<u32>(screen >= view.split)), screen - view.middle, 1.0);
 }

@@ -1,38 +1,125 @@
-// The draws that paint a scene, in patches: equal squares of it, or from close by the four cells in sight. A patch that
-// one colour fills, or two with a boundary between them, is *plain*: all that tells of it is looked up at its corners,
-// and its pixels only work out on which side they are. For the rest everything is looked up at every pixel. Each draw
-// has all patches, and those of the other kind have no area. Without PATCHES there is one, of the rest, and it is all
-// of the target.
+// The draws that paint a scene, in patches: equal squares of it, or from close by of the screen. A patch that one region
+// fills, or two with a boundary between them, is *plain*: all that tells of it is looked up at its corners, and its pixels
+// only work out on which side they are. For the rest everything is looked up at every pixel. Each draw has all patches,
+// and those of the other kind have no area. Without PATCHES there is one, of the rest, and it is all of the target.
 
-// The patch of a corner: how many there are to the left of it, and above it. Corners are numbered through a row, six
-// a patch, for the first draw and then once more for the second.
-fn patch_of(vertex: u32, row: u32) -> vec2<u32> {
-    return vec2(vertex / 6u % view.patches.x, row);
+// Where lines of the grid of patches cross, from -1 to 1 across the target and down.
+fn crossing(at: vec2<u32>) -> vec2<f32> {
+    let place = view.start + vec2<f32>(at) * view.patch_width;
+    let clip = ((place - view.offset) / view.pixel + view.middle) * view.to_clip - 1.0;
+    // The outermost lie as far out as there are pixels.
+    return select(select(clip, vec2(1.0), at == view.patches), vec2(-1.0), at == vec2(0u));
 }
 
-// Where a corner is.
-fn corner(vertex: u32, row: u32) -> vec4<f32> {
-    let k = vertex % 6u;
-    let at = patch_of(vertex, row) + vec2(k & 1u, u32((k > 1u) & (k < 5u)));
-    var screen = view.split;
-    if (view.flags & CLOSE) == 0u {
-        let pixel = (view.first + vec2<i32>(at)) << vec2(view.patch_log2);
-        screen = (vec2<f32>(pixel - view.anchor) - view.offset) / view.pixel + view.middle;
-    }
-    // No further than there are pixels, and the outermost as far.
-    var clip = clamp(screen * view.to_clip - 1.0, vec2(-1.0), vec2(1.0));
-    clip = select(clip, vec2(1.0), at == view.patches);
-    clip = select(clip, vec2(-1.0), at == vec2(0u));
-    return vec4(clip.x, -clip.y, 0.0, 1.0);
+// What patches lie in: a cell, and where in pixels of the scene it starts, from the anchor; NONE where a patch may
+// lie in several. From close by a cell is as wide as a pixel is there.
+struct Whereabouts {
+    word: u32,
+    start: vec2<f32>,
+    width: f32,
 }
 
-// The cell that a patch lies in; SOLID without a region where it may lie in several.
-fn cell_of_patch(at: vec2<u32>) -> Cell {
+const NONE = 0xffffffffu;
+
+fn whereabouts(at: vec2<u32>) -> Whereabouts {
+    let place = view.start + vec2<f32>(at) * view.patch_width;
     if (view.flags & CLOSE) != 0u {
-        return Cell(textureLoad(cells, vec2(at.y * 2u + at.x, 0u), 0).x, 0u);
+        let side = vec2<u32>(place + 0.5 * view.patch_width + view.middle >= view.split);
+        return Whereabouts(close_word(side), vec2(0.0), 1.0);
     }
-    return cell_of((vec2<u32>(view.first) + at) << vec2(view.patch_log2));
+    let from_anchor = vec2<i32>(floor(place));
+    let pixel = view.anchor + from_anchor;
+    let cell = cell_of(vec2<u32>(pixel));
+    let width = f32(1u << cell.log2);
+    let within = vec2<f32>(pixel & vec2((1i << cell.log2) - 1i));
+    let word = select(NONE, cell.word, width >= view.patch_width);
+    return Whereabouts(word, vec2<f32>(from_anchor) - within, width);
 }
+
+// How far between two places a polynomial's control values lie: 1, x and x^2 of them.
+fn controls(low: f32, high: f32) -> mat3x3<f32> {
+    return mat3x3(
+        vec3(1.0, low, low * low),
+        vec3(1.0, 0.5 * (low + high), low * high),
+        vec3(1.0, high, high * high),
+    );
+}
+
+// Regions that are seen between two places of a cell, and what parts them: `count` of them, of which two are told.
+struct Seen {
+    count: u32,
+    cut: Columns,
+}
+
+// A polynomial is nowhere greater than the greatest of its control values: a candidate whose lead over another has none
+// above zero is not seen.
+fn seen_between(word: u32, low: vec2<f32>, high: vec2<f32>) -> Seen {
+    let region = word & REGION_MASK;
+    var cut = Columns(vec4(bitcast<u32>(1.0), 0u, 0u, region), vec4(0u), vec4(0u, 0u, 0u, region));
+    if (word & SOLID) != 0u {
+        // As if the region were the positive side of a boundary that is far away.
+        return Seen(select(1u, MANY, word == NONE), cut);
+    }
+    let first = word & CUTS_MASK;
+    let count = word >> COUNT_SHIFT;
+    if count == 2u {
+        return Seen(2u, columns(first));
+    }
+    if (word & BY_PAIRS) != 0u {
+        return Seen(MANY, cut);
+    }
+    let x = controls(low.x, high.x);
+    let y = controls(low.y, high.y);
+    // One that is ahead around the middle: its cut, region, and neighbours.
+    var best = mat3x3<f32>();
+    var best_region = 0u;
+    var neighbours = 0u;
+    var leader = 0u;
+    var others = 0u;
+    // First all are looked at for that one, then for those that get ahead of it.
+    var k = 0u;
+    loop {
+        let i = k % count;
+        let c = columns(first + max(i, 1u) - 1u);
+        let is_first = i == 0u;
+        let own = select(c.c0.w, c.c2.w, is_first);
+        var ahead = mat3x3(
+            bitcast<vec3<f32>>(c.c0.xyz),
+            bitcast<vec3<f32>>(c.c1.xyz),
+            bitcast<vec3<f32>>(c.c2.xyz),
+        );
+        if is_first {
+            // The one that others have their cuts against.
+            ahead = mat3x3<f32>();
+        }
+        let lead = transpose(y) * (ahead - best) * x;
+        let most = max(lead[0], max(lead[1], lead[2]));
+        if k < count {
+            if (lead[1].y > 0.0) | is_first {
+                best = ahead;
+                best_region = own;
+                neighbours = select(c.c1.w & 0xffffu, c.c1.w >> 16u, is_first);
+                leader = i;
+            }
+        } else if (i != leader) & (max(most.x, max(most.y, most.z)) > 0.0) {
+            others++;
+            ahead -= best;
+            cut.c0 = vec4(bitcast<vec3<u32>>(ahead[0]), own);
+            cut.c1 = vec4(bitcast<vec3<u32>>(ahead[1]), (neighbours >> i) & PART);
+            cut.c2 = vec4(bitcast<vec3<u32>>(ahead[2]), 0u);
+        }
+        k++;
+        if k >= 2u * count {
+            break;
+        }
+    }
+    cut.c0.w = select(cut.c0.w, best_region, others == 0u);
+    cut.c2.w = best_region;
+    return Seen(others + 1u, cut);
+}
+
+// More than two.
+const MANY = 3u;
 
 // What the pixels of a plain patch need. Both draws must find the very same corners, lest a pixel fall between them.
 struct Corner {
@@ -50,47 +137,38 @@ struct Corner {
     @location(6) @interpolate(flat) per_cell: f32,
 }
 
+// Corners are numbered through a row of patches, six a patch, for the first draw and then once more for the second.
 @vertex
 fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row: u32) -> Corner {
-    let at = patch_of(vertex, row);
-    let cell = cell_of_patch(at);
-    let is_solid = (cell.word & SOLID) != 0u;
-    let solid_region = cell.word & REGION_MASK;
-    // As if the region were the positive side of a boundary that is far away.
-    var cut = Columns(
-        vec4(bitcast<u32>(1.0), 0u, 0u, solid_region),
-        vec4(0u),
-        vec4(0u, 0u, 0u, solid_region),
-    );
-    if !is_solid {
-        cut = columns(cell.word & CUTS_MASK);
-    }
-    let positive = style(cut.c0.w);
-    let negative = style(cut.c2.w);
+    let at = vec2(vertex / 6u % view.patches.x, row);
+    let k = vertex % 6u;
+    let clip = crossing(at + vec2(k & 1u, u32((k > 1u) & (k < 5u))));
+    let cell = whereabouts(at);
+    let per_cell = view.pixel / cell.width;
+    // Of the screen, the place in the cell: times this, from there.
+    let zero = (view.offset - view.middle * view.pixel - cell.start) / cell.width;
+    let per_clip = per_cell / view.to_clip;
+    // Pixels at the patch's edges see boundaries beyond.
+    let low = zero + (crossing(at) + 1.0) * per_clip - per_cell;
+    let high = zero + (crossing(at + 1u) + 1.0) * per_clip + per_cell;
+    let seen = seen_between(cell.word, low, high);
+    let positive = style(seen.cut.c0.w);
+    let negative = style(seen.cut.c2.w);
     let is_plain = ((view.flags & PATCHES) != 0u)
-        & (is_solid | ((cell.word >> COUNT_SHIFT) == 2u))
-        & (((view.flags & CLOSE) != 0u) | (cell.log2 >= view.patch_log2))
+        & (seen.count < MANY)
         & ((motif_of(positive) | motif_of(negative)) == 0u);
-    var position = corner(vertex, row);
-    var u = (vec2(position.x, -position.y) + 1.0) / view.to_clip - view.middle;
-    var per_cell = 1.0;
-    if (view.flags & CLOSE) == 0u {
-        let first = ((vec2<i32>(at) + view.first) << vec2(view.patch_log2)) & vec2(-1i << cell.log2);
-        let width = f32(1u << cell.log2);
-        u = (vec2<f32>(view.anchor - first) + (view.offset + u * view.pixel)) / width;
-        per_cell = view.pixel / width;
-    }
+    var position = vec4(clip.x, -clip.y, 0.0, 1.0);
     if is_plain != (vertex < 6u * view.patches.x) {
         position = vec4(0.0);
     }
     return Corner(
         position,
-        cut.c0,
-        cut.c1,
-        cut.c2,
+        seen.cut.c0,
+        seen.cut.c1,
+        seen.cut.c2,
         premultiplied(positive.x),
         premultiplied(negative.x),
-        u,
+        zero + (clip + 1.0) * per_clip,
         per_cell,
     );
 }

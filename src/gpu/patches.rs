@@ -7,41 +7,66 @@ use crate::placement::SceneView;
 const WIDE: f64 = 64.0;
 /// Where blocks are not that wide, patches do not pay.
 const NARROW: f64 = 40.0;
+/// Parts of a pixel of the scene that a patch is at least. From closer by than that, patches are squares of
+/// the screen.
+const FINEST: f64 = 1.0 / 64.0;
 
-/// Equal squares of a scene that cover what is seen of it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Equal squares that cover what is seen of a scene. Each lies in one pixel of the scene or is made of whole
+/// ones; from close by they are squares of the screen, and the cells' borders are theirs.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Patches {
-    /// The first, counted from the scene's start.
-    pub first: [i32; 2],
+    /// Where the first starts: in pixels of the scene from the view's anchor, from close by in screen
+    /// pixels from the middle of the viewport.
+    pub start: [f32; 2],
+    /// How wide one is, likewise.
+    pub width: f32,
     /// How many there are along each axis.
     pub count: [u32; 2],
-    /// log₂ of their width in pixels of the scene.
-    pub log2: u32,
 }
 
 impl Patches {
     /// One patch for all of the target, whatever it shows.
-    pub const ONE: Patches = Patches { first: [0; 2], count: [1; 2], log2: 0 };
+    pub const ONE: Patches = Patches { start: [0.0; 2], width: 1.0, count: [1; 2] };
 
-    /// From close by: the four cells in sight.
-    pub const CELLS: Patches = Patches { first: [0; 2], count: [2; 2], log2: 0 };
+    /// Those of a view from close by, whose cells meet at that place of the viewport.
+    pub fn close(viewport: [u32; 2], split: [f32; 2]) -> Self {
+        let width = WIDE as f32;
+        let along = [0, 1].map(|axis| {
+            let size = viewport[axis] as f32;
+            // As good as any where it is out of sight.
+            let split = split[axis].max(-1.0).min(size + 1.0);
+            let before = (split / width).ceil().max(0.0);
+            let start = split - before * width;
+            (start - 0.5 * size, ((size - start) / width).ceil() as u32)
+        });
+        Patches { start: along.map(|(start, _)| start), width, count: along.map(|(_, count)| count) }
+    }
 
     /// Those of a view of a scene with blocks of that size. `None` where a block is small on the screen.
     pub fn new(view: &SceneView, block_log2: u8) -> Option<Self> {
-        let on_screen = |log2: u32| f64::from(1u32 << log2) * view.scale;
-        let mut log2 = 0;
-        while log2 < block_log2.into() && on_screen(log2) < WIDE {
-            log2 += 1;
+        let block = f64::from(1u32 << block_log2);
+        let mut width = FINEST;
+        while width < block && width * view.scale < WIDE {
+            width *= 2.0;
         }
-        if on_screen(log2) < NARROW {
+        if width * view.scale < NARROW {
             return None;
         }
-        let [from, to] = view.own.map(|corner| {
-            let place = view.place(corner.map(f64::from));
-            place.whole.map(|pixel| pixel as i32 >> log2)
+        let along = [0, 1].map(|axis| {
+            let index = |screen: u32| {
+                let (whole, frac) = view.place_along(axis, f64::from(screen));
+                // The end of the last pixel belongs to it.
+                (whole as f64 + frac.min(1.0 - FINEST)).div_euclid(width)
+            };
+            let [from, to] = view.own.map(|corner| index(corner[axis]));
+            let start = from * width - view.center.whole[axis] as f64;
+            (start as f32, (to - from) as u32 + 1)
         });
-        let count = [0, 1].map(|axis| (to[axis] - from[axis] + 1) as u32);
-        Some(Patches { first: from, count, log2 })
+        Some(Patches {
+            start: along.map(|(start, _)| start),
+            width: width as f32,
+            count: along.map(|(_, count)| count),
+        })
     }
 
     /// Corners of triangles in a row of patches.
@@ -73,27 +98,44 @@ mod tests {
     fn they_cover_what_is_seen_and_no_more() {
         // 800 × 600 screen pixels are 100 × 75 of the picture: from 1950 to 2050 and from 962.5 to 1037.5.
         let patches = patches([2000.0, 1000.0], 8.0).unwrap();
-        assert_eq!(patches, Patches { first: [243, 120], count: [14, 10], log2: 3 });
+        assert_eq!(patches, Patches { start: [-56.0, -40.0], width: 8.0, count: [14, 10] });
         assert_eq!((patches.corners(), patches.rows()), (84, 10));
     }
 
     #[test]
     fn at_the_pictures_edge_they_end_with_it() {
+        // The middle is as near to the corner as a camera goes; the picture is 4,000 wide.
         let patches = patches([3999.0, 1.0], 8.0).unwrap();
-        let last = patches.first[0] + patches.count[0] as i32 - 1;
-        assert_eq!((patches.first[1], last), (0, 3999 >> 3));
+        assert_eq!(patches.start[0] + patches.width * patches.count[0] as f32, 1.0);
+        assert_eq!(patches.start[1], -1.0);
     }
 
     #[test]
-    fn they_are_blocks_or_parts_of_blocks_and_few() {
+    fn they_are_blocks_or_parts_of_them_and_few() {
         assert_eq!(patches([2000.0, 1000.0], 0.5), None);
-        assert_eq!(patches([2000.0, 1000.0], 0.7).map(|patches| patches.log2), Some(6));
+        assert_eq!(patches([2000.0, 1000.0], 0.7).map(|patches| patches.width), Some(64.0));
+        assert_eq!(patches([2000.0, 1000.0], 1000.0).map(|patches| patches.width), Some(0.125 / 2.0));
         for scale in [0.7, 1.0, 3.0, 64.0, 1e3, 4000.0] {
             let [columns, rows] = patches([2000.0, 1000.0], scale).unwrap().count;
             assert!(
                 columns <= 800 / 40 + 2 && rows <= 600 / 40 + 2,
                 "{scale}×: {columns} × {rows}"
             );
+        }
+    }
+
+    #[test]
+    fn from_close_by_the_cells_borders_are_theirs() {
+        for split in [[100.25, 599.0], [-1e11, 3e9], [799.9, 0.0]] {
+            let Patches { start, width, count } = Patches::close([800, 600], split);
+            for (axis, size) in [800.0, 600.0].into_iter().enumerate() {
+                let start = start[axis] + 0.5 * size;
+                assert!(start <= 0.0 && start + width * count[axis] as f32 >= size, "{split:?}");
+                if (0.0..size).contains(&split[axis]) {
+                    assert_eq!((split[axis] - start) % width, 0.0, "{split:?}");
+                }
+            }
+            assert!(count[0] <= 800 / 64 + 3 && count[1] <= 600 / 64 + 3, "{count:?}");
         }
     }
 }

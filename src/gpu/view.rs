@@ -76,19 +76,21 @@ impl Layer {
         if let Some(close) = &close {
             uniforms.split = close.split;
             uniforms.flags |= ViewUniforms::CLOSE;
+            // Places are on the screen, from its middle.
+            (uniforms.offset, uniforms.pixel) = ([0.0; 2], 1.0);
         }
         // Sub-samples and outlines look beyond a patch.
         let patches = match &close {
             _ if uniforms.samples > 1 || uniforms.reach > 0.0 => None,
-            Some(_) => Some(Patches::CELLS),
+            Some(close) => Some(Patches::close(view.viewport, close.split)),
             None => Patches::new(&view, image.block_log2),
         };
         if patches.is_some() {
             uniforms.flags |= ViewUniforms::PATCHES;
         }
         let patches = patches.unwrap_or(Patches::ONE);
-        (uniforms.patches, uniforms.first) = (patches.count, patches.first);
-        uniforms.patch_log2 = patches.log2;
+        (uniforms.patches, uniforms.start) = (patches.count, patches.start);
+        uniforms.patch_width = patches.width;
         uniforms.to_clip = size.map(|n| 2.0 / n as f32);
         Some(Layer { uniforms, close, patches, own: [from, to] })
     }
@@ -107,7 +109,7 @@ pub struct ViewUniforms {
     pub edges: [f32; 4],
     /// The scene's pixel that holds the middle of the view.
     pub anchor: [i32; 2],
-    /// The middle's place in it, each in `[0, 1]`.
+    /// The middle's place in it, each in `[0, 1]`; with [`CLOSE`](Self::CLOSE) 0.
     pub offset: [f32; 2],
     /// The last pixel of the scene that is shown.
     pub last: [i32; 2],
@@ -119,11 +121,12 @@ pub struct ViewUniforms {
     pub to_clip: [f32; 2],
     /// The patches that the scene is drawn in, along each axis.
     pub patches: [u32; 2],
-    /// The first of them, counted from the scene's start.
-    pub first: [i32; 2],
+    /// Where the first of them starts, in pixels of the scene from the anchor; with [`CLOSE`](Self::CLOSE) in
+    /// screen pixels from the middle of the viewport.
+    pub start: [f32; 2],
     /// From close by: where the cells in sight meet, in pixels of the viewport.
     pub split: [f32; 2],
-    /// Pixels of the scene per screen pixel.
+    /// Pixels of the scene per screen pixel; with [`CLOSE`](Self::CLOSE) 1.
     pub pixel: f32,
     /// Pixels of the scene per sub-sample.
     pub sub_pixel: f32,
@@ -131,8 +134,8 @@ pub struct ViewUniforms {
     pub samples: u32,
     /// log₂ of the width of a block in pixels of the scene.
     pub block_log2: u32,
-    /// log₂ of the width of a patch in pixels of the scene.
-    pub patch_log2: u32,
+    /// The width of a patch, likewise.
+    pub patch_width: f32,
     /// [`ANTIALIAS`](Self::ANTIALIAS) and its like.
     pub flags: u32,
     /// How far outlines reach from boundaries, in screen pixels. With 0 there are none.
@@ -181,13 +184,13 @@ impl ViewUniforms {
             },
             to_clip: [0.0; 2],
             patches: [1; 2],
-            first: [0; 2],
+            start: [0.0; 2],
             split: [0.0; 2],
             pixel: pixel as f32,
             sub_pixel: (pixel / f64::from(samples)) as f32,
             samples,
             block_log2: block_log2.into(),
-            patch_log2: 0,
+            patch_width: 1.0,
             flags,
             reach: 0.0,
             pattern: [x, y, step, view.source].map(|n| n as f32),
@@ -208,11 +211,11 @@ impl ViewUniforms {
             floats(self.y_axis),
             floats(self.to_clip),
             self.patches,
-            ints(self.first),
+            floats(self.start),
             floats(self.split),
             floats([self.pixel, self.sub_pixel]),
             [self.samples, self.block_log2],
-            [self.patch_log2, self.flags],
+            [self.patch_width.to_bits(), self.flags],
             // What follows is aligned.
             [self.reach.to_bits(), 0],
             [0; 2],
