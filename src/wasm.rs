@@ -1,6 +1,6 @@
 //! The classes by which the web viewer draws. Thin: what they do is in `camera` and `gpu::browser`.
 
-use crate::gpu::browser::{self, Choice};
+use crate::gpu::browser;
 use crate::grid::Point;
 use crate::placement::Placement;
 use crate::wasm_archive::Tile;
@@ -88,18 +88,43 @@ pub struct Renderer {
 
 #[wasm_bindgen]
 impl Renderer {
-    /// Takes a GPU; `auto` is WebGPU, else WebGL2. Rejects with an `Error` whose name is `gpu`.
-    pub async fn create(
-        #[wasm_bindgen(unchecked_param_type = "'auto' | 'webgpu' | 'webgl2'")] backend: String,
+    /// Asks a WebGPU device for what paints on canvases of a format: what the promises bring is for `onDevice`.
+    #[wasm_bindgen(unchecked_return_type = "Promise<GPURenderPipeline>[]")]
+    pub fn pipelines(
+        #[wasm_bindgen(unchecked_param_type = "GPUDevice")] device: JsValue,
+        #[wasm_bindgen(unchecked_param_type = "GPUTextureFormat")] format: JsValue,
+    ) -> js_sys::Array {
+        tell_of_panics();
+        browser::Renderer::pipelines(device, &format)
+    }
+
+    /// Draws with WebGPU on a canvas by its context, which the device is to have. What goes wrong on the device
+    /// is to be put among `faults`.
+    #[wasm_bindgen(js_name = onDevice)]
+    pub fn on_device(
+        canvas: web_sys::OffscreenCanvas,
+        #[wasm_bindgen(unchecked_param_type = "GPUCanvasContext")] context: JsValue,
+        #[wasm_bindgen(unchecked_param_type = "GPUDevice")] device: JsValue,
+        #[wasm_bindgen(unchecked_param_type = "GPURenderPipeline")] plain: JsValue,
+        #[wasm_bindgen(unchecked_param_type = "GPURenderPipeline")] rest: JsValue,
+        #[wasm_bindgen(unchecked_param_type = "string[]")] faults: js_sys::Array,
+    ) -> Renderer {
+        let pipelines = [plain, rest];
+        Self::new(browser::Renderer::on_device(canvas, context, device, pipelines, faults))
+    }
+
+    /// Draws with WebGL2 on a canvas by its context. Throws an `Error` whose name is `gpu`.
+    #[wasm_bindgen(js_name = onContext)]
+    pub fn on_context(
+        canvas: web_sys::OffscreenCanvas,
+        gl: web_sys::WebGl2RenderingContext,
     ) -> Result<Renderer, JsValue> {
         tell_of_panics();
-        let choice = match backend.as_str() {
-            "webgpu" => Choice::WebGpu,
-            "webgl2" => Choice::WebGl2,
-            _ => Choice::Auto,
-        };
-        let renderer = browser::Renderer::create(choice).await.map_err(thrown)?;
-        Ok(Renderer { renderer, frame: RefCell::default() })
+        browser::Renderer::on_context(canvas, gl).map(Self::new).map_err(thrown)
+    }
+
+    fn new(renderer: browser::Renderer) -> Renderer {
+        Renderer { renderer, frame: RefCell::default() }
     }
 
     /// The back end in use.

@@ -3,20 +3,22 @@
 //! There is no encoder here, so the picture is put together by hand.
 #![cfg(target_arch = "wasm32")]
 
-use istar::gpu::browser::{Choice, Renderer, Scene};
+use istar::gpu::browser::{Renderer, Scene};
 use istar::grid::{self, Point};
 use istar::model::{Block, Cells, EdgePlane, Lists, Node, Region};
 use istar::style::Style;
 use istar::{Camera, Gamma, Image, Kernel, Limits, Placement, raster};
+use js_sys::{Array, Promise};
 use std::rc::Rc;
-use wasm_bindgen::JsCast;
+use wasm_bindgen::{JsCast, JsValue};
+use wasm_bindgen_futures::JsFuture;
 use wasm_bindgen_test::{wasm_bindgen_test, wasm_bindgen_test_configure};
 use web_sys::{OffscreenCanvas, OffscreenCanvasRenderingContext2d, WebglLoseContext};
 
 wasm_bindgen_test_configure!(run_in_browser);
 
 const VIEWPORT: [u32; 2] = [90, 61];
-const BACKENDS: [(Choice, &str); 2] = [(Choice::WebGpu, "webgpu"), (Choice::WebGl2, "webgl2")];
+const BACKENDS: [&str; 2] = ["webgpu", "webgl2"];
 /// Of regions, so that their table folds into a second row.
 const REGIONS: u32 = 4100;
 
@@ -138,8 +140,8 @@ fn compare(what: &str, renderer: &Renderer, scene: &Rc<Scene>, image: &Image, ca
 
 #[wasm_bindgen_test]
 async fn both_back_ends_draw_what_the_reference_draws() {
-    for (choice, name) in BACKENDS {
-        let renderer = Renderer::create(choice).await.unwrap();
+    for name in BACKENDS {
+        let renderer = renderer_on(name).await;
         assert_eq!(renderer.backend(), name);
         for kernel in [Kernel::Quadratic, Kernel::Linear] {
             for image in [picture(kernel), picture_with_planes(kernel)] {
@@ -154,8 +156,8 @@ async fn both_back_ends_draw_what_the_reference_draws() {
 
 #[wasm_bindgen_test]
 async fn one_renderer_draws_many_pictures_and_sizes() {
-    for (choice, name) in BACKENDS {
-        let renderer = Renderer::create(choice).await.unwrap();
+    for name in BACKENDS {
+        let renderer = renderer_on(name).await;
         let images = [Kernel::Quadratic, Kernel::Linear].map(picture);
         let scenes = images
             .each_ref()
@@ -172,8 +174,8 @@ async fn one_renderer_draws_many_pictures_and_sizes() {
 
 #[wasm_bindgen_test]
 async fn scenes_cover_one_another_where_they_lie() {
-    for (choice, name) in BACKENDS {
-        let renderer = Renderer::create(choice).await.unwrap();
+    for name in BACKENDS {
+        let renderer = renderer_on(name).await;
         let images = [Kernel::Quadratic, Kernel::Linear].map(picture);
         let scenes = images
             .each_ref()
@@ -204,8 +206,8 @@ async fn scenes_cover_one_another_where_they_lie() {
 
 #[wasm_bindgen_test]
 async fn a_style_is_rewritten_alone() {
-    for (choice, name) in BACKENDS {
-        let renderer = Renderer::create(choice).await.unwrap();
+    for name in BACKENDS {
+        let renderer = renderer_on(name).await;
         let mut image = picture(Kernel::Quadratic);
         let scene = Rc::new(renderer.upload(Rc::new(image.clone())).unwrap());
         let words = Style::plain([10, 20, 200, 255]).words();
@@ -220,8 +222,8 @@ async fn a_style_is_rewritten_alone() {
 
 #[wasm_bindgen_test]
 async fn misuse_is_an_error_and_no_viewport_is_none() {
-    let gpu = Renderer::create(Choice::WebGpu).await.unwrap();
-    let gl = Renderer::create(Choice::WebGl2).await.unwrap();
+    let gpu = renderer_on("webgpu").await;
+    let gl = renderer_on("webgl2").await;
     let image = picture(Kernel::Linear);
     let scene = Rc::new(gpu.upload(Rc::new(image.clone())).unwrap());
     let mut camera = view(&image, 1.0);
@@ -232,8 +234,8 @@ async fn misuse_is_an_error_and_no_viewport_is_none() {
 
 #[wasm_bindgen_test]
 async fn a_viewport_beyond_the_device_shows_its_top_left() {
-    for (choice, name) in BACKENDS {
-        let renderer = Renderer::create(choice).await.unwrap();
+    for name in BACKENDS {
+        let renderer = renderer_on(name).await;
         let image = picture(Kernel::Quadratic);
         let scene = Rc::new(renderer.upload(Rc::new(image.clone())).unwrap());
         let mut camera = view(&image, 3.0);
@@ -249,7 +251,7 @@ async fn a_viewport_beyond_the_device_shows_its_top_left() {
 
 #[wasm_bindgen_test]
 async fn a_lost_context_is_an_error() {
-    let renderer = Renderer::create(Choice::WebGl2).await.unwrap();
+    let renderer = renderer_on("webgl2").await;
     let image = picture(Kernel::Linear);
     let scene = Rc::new(renderer.upload(Rc::new(image.clone())).unwrap());
     let gl = renderer.canvas().get_context("webgl2").unwrap().unwrap();
@@ -261,24 +263,44 @@ async fn a_lost_context_is_an_error() {
 
 #[wasm_bindgen_test]
 async fn a_lost_device_is_an_error() {
-    // The renderer does not give its device away, so it is caught where the browser makes it.
-    script(
-        "const make = GPUAdapter.prototype.requestDevice;
-        GPUAdapter.prototype.requestDevice = async function (...options) {
-            GPUAdapter.prototype.requestDevice = make;
-            return (globalThis.caught = await make.apply(this, options));
-        };",
-    );
-    let renderer = Renderer::create(Choice::WebGpu).await.unwrap();
+    let renderer = renderer_on("webgpu").await;
     let image = picture(Kernel::Linear);
     let scene = Rc::new(renderer.upload(Rc::new(image.clone())).unwrap());
     draw(&renderer, &scene, &image, &view(&image, 1.0)).unwrap();
-    let lost = script("caught.destroy(); return caught.lost.then(() => new Promise(setTimeout));");
-    wasm_bindgen_futures::JsFuture::from(js_sys::Promise::from(lost)).await.unwrap();
+    wait("device.destroy(); return device.lost.then(() => new Promise(setTimeout));").await;
     assert_eq!(draw(&renderer, &scene, &image, &view(&image, 1.0)).unwrap_err().kind(), "gpu");
     assert!(matches!(renderer.upload(Rc::new(image.clone())), Err(error) if error.kind() == "gpu"));
 }
 
-fn script(text: &str) -> wasm_bindgen::JsValue {
-    js_sys::Function::new_no_args(text).call0(&wasm_bindgen::JsValue::NULL).unwrap()
+/// Takes a GPU as the viewer does: web/src/gpu.ts. A device stays in the page as `device`.
+async fn renderer_on(backend: &str) -> Renderer {
+    let canvas = OffscreenCanvas::new(1, 1).unwrap();
+    let context = canvas.get_context(backend).unwrap().unwrap();
+    if backend == "webgl2" {
+        return Renderer::on_context(canvas, context.unchecked_into()).unwrap();
+    }
+    let device = "const adapter = await navigator.gpu.requestAdapter();
+        globalThis.device = await adapter.requestDevice();
+        globalThis.faults = [];
+        device.lost.then(() => faults.push('lost'));
+        return device;";
+    let device = wait(device).await;
+    let faults: Array = wait("return faults;").await.unchecked_into();
+    let format = wait("return navigator.gpu.getPreferredCanvasFormat();").await;
+    let mut pipelines = [const { JsValue::UNDEFINED }; 2];
+    for (pipeline, promise) in
+        pipelines.iter_mut().zip(Renderer::pipelines(device.clone(), &format))
+    {
+        *pipeline = JsFuture::from(Promise::from(promise)).await.unwrap();
+    }
+    let configure = "this.configure({ device, format: navigator.gpu.getPreferredCanvasFormat(), alphaMode: 'premultiplied' })";
+    js_sys::Function::new_no_args(configure).call0(&context).unwrap();
+    Renderer::on_device(canvas, context.into(), device, pipelines, faults)
+}
+
+/// What a script of the page brings.
+async fn wait(text: &str) -> JsValue {
+    let script = format!("return (async () => {{ {text} }})();");
+    let promise = js_sys::Function::new_no_args(&script).call0(&JsValue::NULL).unwrap();
+    JsFuture::from(Promise::from(promise)).await.unwrap()
 }

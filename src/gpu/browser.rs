@@ -1,4 +1,5 @@
-//! Drawing in a browser, on an `OffscreenCanvas` of its own, with WebGPU or WebGL2.
+//! Drawing in a browser, on an `OffscreenCanvas`, with WebGPU or WebGL2. Whoever calls has taken the device or
+//! the context: that is a matter of waiting, and of what the browser has.
 
 use super::pack::Packed;
 use super::view::{Alpha, Layer, Origin, Target};
@@ -9,20 +10,11 @@ use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
 use crate::placement::Placement;
 use crate::style::Reach;
+use js_sys::Array;
 use std::cell::Cell;
 use std::rc::Rc;
-use web_sys::OffscreenCanvas;
-
-/// Which back end to take.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Choice {
-    /// WebGPU, or WebGL2 where there is none.
-    Auto,
-    /// WebGPU.
-    WebGpu,
-    /// WebGL2.
-    WebGl2,
-}
+use wasm_bindgen::JsValue;
+use web_sys::{OffscreenCanvas, WebGl2RenderingContext};
 
 /// A device or context with its canvas. One serves any number of pictures.
 pub struct Renderer {
@@ -59,23 +51,31 @@ enum Textures {
 }
 
 impl Renderer {
-    /// Takes a GPU.
+    /// Asks a WebGPU device for what paints on canvases of a format: two promises, of which what they bring is
+    /// for [`on_device`](Self::on_device).
+    pub fn pipelines(device: JsValue, format: &JsValue) -> Array {
+        webgpu::pipelines(device, format)
+    }
+
+    /// Draws with WebGPU on a canvas, by its context, which the device is to have. What goes wrong on the device
+    /// is to be put among `faults` as text.
+    pub fn on_device(
+        canvas: OffscreenCanvas,
+        context: JsValue,
+        device: JsValue,
+        pipelines: [JsValue; 2],
+        faults: Array,
+    ) -> Self {
+        let device = WebGpu::new(canvas.clone(), context, device, pipelines, faults);
+        Renderer { device: Device::WebGpu(Box::new(device)), canvas }
+    }
+
+    /// Draws with WebGL2 on a canvas, by its context.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the browser has no such back end or it does not work.
-    pub async fn create(choice: Choice) -> Result<Self> {
-        let canvas = OffscreenCanvas::new(1, 1)
-            .map_err(|_| Error::Gpu("this browser has no OffscreenCanvas".into()))?;
-        let device = match choice {
-            Choice::WebGpu => Device::WebGpu(Box::new(WebGpu::new(&canvas).await?)),
-            Choice::WebGl2 => Device::WebGl(WebGl::new(&canvas)?),
-            // A browser may offer WebGPU and then have no adapter or device for it.
-            Choice::Auto => match WebGpu::new(&canvas).await {
-                Ok(device) => Device::WebGpu(Box::new(device)),
-                Err(_) => Device::WebGl(WebGl::new(&canvas)?),
-            },
-        };
-        Ok(Renderer { device, canvas })
+    /// [`Error::Gpu`] where the context does not work.
+    pub fn on_context(canvas: OffscreenCanvas, gl: WebGl2RenderingContext) -> Result<Self> {
+        Ok(Renderer { device: Device::WebGl(WebGl::new(canvas.clone(), gl)?), canvas })
     }
 
     /// The back end in use: `webgpu` or `webgl2`.

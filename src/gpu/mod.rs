@@ -47,7 +47,7 @@ pub(crate) mod picture {
 }
 
 /// An [`Error::Gpu`](crate::Error::Gpu) of what was being done and what went wrong.
-#[cfg(feature = "gpu")]
+#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 fn failed(doing: &str, why: impl std::fmt::Display) -> crate::Error {
     crate::Error::Gpu(format!("{doing}: {why}"))
 }

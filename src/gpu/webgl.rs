@@ -8,8 +8,7 @@ use super::view::Layer;
 use crate::error::{Error, Result};
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{
-    OffscreenCanvas, WebGl2RenderingContext as Gl, WebGlContextAttributes, WebGlProgram,
-    WebGlTexture, WebglLoseContext,
+    OffscreenCanvas, WebGl2RenderingContext as Gl, WebGlProgram, WebGlTexture, WebglLoseContext,
 };
 
 /// A WebGL2 context with the programs that paint scenes, and a buffer for uniforms in use.
@@ -37,16 +36,7 @@ impl Drop for Scene {
 }
 
 impl WebGl {
-    pub fn new(canvas: &OffscreenCanvas) -> Result<Self> {
-        let attributes = WebGlContextAttributes::new();
-        attributes.set_antialias(false);
-        attributes.set_depth(false);
-        let gl: Gl = canvas
-            .get_context_with_context_options("webgl2", &attributes)
-            .ok()
-            .flatten()
-            .and_then(|context| context.dyn_into().ok())
-            .ok_or_else(|| Error::Gpu("this browser has no WebGL2".into()))?;
+    pub fn new(canvas: OffscreenCanvas, gl: Gl) -> Result<Self> {
         let mut programs = Vec::with_capacity(picture::GLSL.len());
         for stages in picture::GLSL {
             let program = link(&gl, stages)?;
@@ -63,7 +53,7 @@ impl WebGl {
         // Asked now: a lost context says nothing.
         let max_side = gl.get_parameter(Gl::MAX_TEXTURE_SIZE).ok().and_then(|side| side.as_f64());
         let max_side = max_side.unwrap_or(0.0) as u32;
-        Ok(WebGl { gl, canvas: canvas.clone(), programs, max_side })
+        Ok(WebGl { gl, canvas, programs, max_side })
     }
 
     pub fn max_side(&self) -> u32 {

@@ -3,17 +3,14 @@
 
 use super::close::Close;
 use super::pack::{Format, Packed, Table};
+use super::picture;
 use super::view::{Layer, ViewUniforms};
-use super::webgpu_sys::{Adapter, Context, Device, GPU, Gpu, Queue, Texture, object};
-use super::{failed, picture};
+use super::webgpu_sys::{Context, Device, Queue, Texture, object};
 use crate::error::{Error, Result};
-use js_sys::{Array, Object, Promise, Reflect};
+use js_sys::{Array, Object};
 use std::cell::RefCell;
-use std::rc::Rc;
-use wasm_bindgen::prelude::Closure;
 use wasm_bindgen::{JsCast, JsValue};
-use wasm_bindgen_futures::JsFuture;
-use web_sys::{Event, OffscreenCanvas};
+use web_sys::OffscreenCanvas;
 
 /// The largest canvas side; every WebGPU device has textures as large.
 const MAX_SIDE: u32 = 8192;
@@ -38,9 +35,8 @@ pub(super) struct WebGpu {
     /// One for each of the draws: what is plain, and the rest.
     pipelines: [JsValue; 2],
     uniforms: RefCell<Uniforms>,
-    failure: Failure,
-    /// Called by the device as long as there is one.
-    _on_error: Closure<dyn FnMut(JsValue)>,
+    /// What went wrong on the device: the browser tells it after the call has long returned.
+    faults: Array,
 }
 
 /// A buffer for the uniforms of some layers, and its bind group.
@@ -67,69 +63,31 @@ impl Drop for Scene {
     }
 }
 
-/// The first thing that went wrong on the device. The browser tells it after the call has long
-/// returned.
-#[derive(Clone, Default)]
-struct Failure(Rc<RefCell<Option<String>>>);
-
-impl Failure {
-    fn set(&self, what: String) {
-        self.0.borrow_mut().get_or_insert(what);
+impl WebGpu {
+    /// Draws on a canvas whose context a device has. Pipelines are what the promises of [`pipelines`] brought.
+    pub fn new(
+        canvas: OffscreenCanvas,
+        context: JsValue,
+        device: JsValue,
+        pipelines: [JsValue; 2],
+        faults: Array,
+    ) -> Self {
+        let device: Device = device.unchecked_into();
+        let layouts = bind_group_layouts(&device);
+        WebGpu {
+            queue: device.queue(),
+            canvas,
+            context: context.unchecked_into(),
+            uniforms: RefCell::new(Uniforms::new(&device, &layouts[0], 16)),
+            device,
+            layouts,
+            pipelines,
+            faults,
+        }
     }
 
     fn check(&self) -> Result<()> {
-        self.0.borrow().as_ref().map_or(Ok(()), |what| Err(Error::Gpu(what.clone())))
-    }
-}
-
-impl WebGpu {
-    /// Takes the browser's GPU; the canvas is asked for a context only once there is a device, since
-    /// after that it can have no other.
-    pub async fn new(canvas: &OffscreenCanvas) -> Result<Self> {
-        let gpu: Gpu = match GPU.with(JsValue::clone) {
-            gpu if gpu.is_object() => gpu.unchecked_into(),
-            _ => return Err(Error::Gpu("this browser has no WebGPU".into())),
-        };
-        let adapter = match JsFuture::from(gpu.request_adapter()).await {
-            Ok(adapter) if adapter.is_object() => adapter.unchecked_into::<Adapter>(),
-            _ => return Err(Error::Gpu("this browser has WebGPU but no GPU for it".into())),
-        };
-        let device: Device = wait(adapter.request_device(), "the GPU gave no device").await?;
-        let failure = Failure::default();
-        let on_error = report_to(&device, &failure, canvas.clone());
-
-        let format = gpu.preferred_canvas_format().into();
-        let layouts = bind_group_layouts(&device);
-        let mut pipelines = [const { JsValue::UNDEFINED }; 2];
-        // Both are asked for before the first is waited for.
-        let promised = descriptors(&device, &layouts, &format)
-            .map(|descriptor| device.create_render_pipeline_async(&descriptor));
-        for (pipeline, promise) in pipelines.iter_mut().zip(promised) {
-            *pipeline = wait(promise, "the WebGPU driver refused the shader").await?;
-        }
-        let uniforms = RefCell::new(Uniforms::new(&device, &layouts[0], 16));
-
-        let no_canvas = || Error::Gpu("this browser gave no WebGPU canvas".into());
-        let context = canvas.get_context("webgpu").ok().flatten().ok_or_else(no_canvas)?;
-        let context: Context = context.unchecked_into();
-        let configuration = object([
-            ("device", &device),
-            ("format", &format),
-            ("alphaMode", &"premultiplied".into()),
-        ]);
-        context.configure(&configuration).map_err(|_| no_canvas())?;
-        failure.check()?;
-        Ok(WebGpu {
-            queue: device.queue(),
-            canvas: canvas.clone(),
-            device,
-            context,
-            layouts,
-            pipelines,
-            uniforms,
-            failure,
-            _on_error: on_error,
-        })
+        self.faults.get(0).as_string().map_or(Ok(()), |what| Err(Error::Gpu(what)))
     }
 
     pub fn max_side(&self) -> u32 {
@@ -137,7 +95,7 @@ impl WebGpu {
     }
 
     pub fn upload(&self, packed: &Packed) -> Result<Scene> {
-        self.failure.check()?;
+        self.check()?;
         let own = packed.tables();
         let tables: Vec<Texture> =
             own.iter().chain(&Close::room()).map(|table| self.create_table(table)).collect();
@@ -162,7 +120,7 @@ impl WebGpu {
 
     /// Draws scenes on the canvas, `size` large, one over the other.
     pub fn draw(&self, layers: &[(&Scene, Layer)], size: [u32; 2]) -> Result<()> {
-        self.failure.check()?;
+        self.check()?;
         let [width, height] = size;
         if self.canvas.width() != width || self.canvas.height() != height {
             self.canvas.set_width(width);
@@ -241,7 +199,6 @@ impl WebGpu {
 
 impl Drop for WebGpu {
     fn drop(&mut self) {
-        self.device.set_on_uncaptured_error(&JsValue::NULL);
         self.device.destroy();
     }
 }
@@ -267,49 +224,6 @@ fn pair([x, y]: [u32; 2]) -> Array {
     Array::of2(&x.into(), &y.into())
 }
 
-/// What a promise brings.
-async fn wait<T: JsCast>(promise: Promise, doing: &str) -> Result<T> {
-    match JsFuture::from(promise).await {
-        Ok(value) => Ok(value.unchecked_into()),
-        Err(why) => Err(failed(doing, message(&why))),
-    }
-}
-
-/// Hears of what goes wrong on the device. Of its loss the canvas tells as one of WebGL2 does.
-fn report_to(
-    device: &Device,
-    failure: &Failure,
-    canvas: OffscreenCanvas,
-) -> Closure<dyn FnMut(JsValue)> {
-    let (lost, loss) = (failure.clone(), JsFuture::from(device.lost()));
-    wasm_bindgen_futures::spawn_local(async move {
-        if let Ok(info) = loss.await {
-            lost.set(failed("the GPU device was lost", message(&info)).to_string());
-            if let Ok(event) = Event::new("webglcontextlost") {
-                let _ = canvas.dispatch_event(&event);
-            }
-        }
-    });
-    let uncaptured = failure.clone();
-    let on_error = Closure::new(move |event: JsValue| {
-        let error = Reflect::get(&event, &"error".into()).unwrap_or_default();
-        let error: Object = error.unchecked_into();
-        let too_large = error.constructor().name() == "GPUOutOfMemoryError";
-        uncaptured.set(match too_large {
-            true => "the GPU has too little memory for this picture".into(),
-            false => message(&error),
-        });
-    });
-    device.set_on_uncaptured_error(on_error.as_ref());
-    on_error
-}
-
-/// The `message` of an error, or of what tells why a device was lost.
-fn message(error: &JsValue) -> String {
-    let text = Reflect::get(error, &"message".into());
-    text.ok().and_then(|text| text.as_string()).unwrap_or_default()
-}
-
 /// The view's uniforms, one block for each layer, and the scene's tables.
 fn bind_group_layouts(device: &Device) -> [JsValue; 2] {
     let entry = |binding: u32, kind: &str, what: Object| {
@@ -324,19 +238,27 @@ fn bind_group_layouts(device: &Device) -> [JsValue; 2] {
         .map(|entries| device.create_bind_group_layout(&object([("entries", &entries)])))
 }
 
-/// What the pipelines are made of.
-fn descriptors(device: &Device, layouts: &[JsValue; 2], format: &JsValue) -> [Object; 2] {
-    let groups = Array::of2(&layouts[0], &layouts[1]);
+/// Asks a device for the pipelines, which the browser promises: both before the first is waited for. Layouts that
+/// are made alike later fit them.
+pub(super) fn pipelines(device: JsValue, format: &JsValue) -> Array {
+    let device: Device = device.unchecked_into();
+    let [uniforms, tables] = bind_group_layouts(&device);
+    let groups = Array::of2(&uniforms, &tables);
     let layout = device.create_pipeline_layout(&object([("bindGroupLayouts", &groups)]));
     let module = device.create_shader_module(&object([("code", &picture::WGSL.into())]));
     let target = object([("format", format)]);
-    picture::ENTRY_POINTS.map(|[vertex, fragment]| {
+    let promise = |[vertex, fragment]: [&str; 2]| {
         let vertex = object([("module", &module), ("entryPoint", &vertex.into())]);
         let fragment = object([
             ("module", &module),
             ("entryPoint", &fragment.into()),
             ("targets", &Array::of1(&target)),
         ]);
-        object([("layout", &layout), ("vertex", &vertex), ("fragment", &fragment)])
-    })
+        device.create_render_pipeline_async(&object([
+            ("layout", &layout),
+            ("vertex", &vertex),
+            ("fragment", &fragment),
+        ]))
+    };
+    picture::ENTRY_POINTS.into_iter().map(promise).collect()
 }

@@ -1,32 +1,14 @@
 //! The few WebGPU objects and methods that `webgpu` calls, as the browser has them. web-sys has them
 //! all, behind a flag for unstable interfaces that every build of the crate would have to set.
 
-use js_sys::{Array, JsString, Object, Promise, Reflect};
+use js_sys::{Array, Object, Reflect};
 use wasm_bindgen::prelude::*;
 
 #[wasm_bindgen]
 extern "C" {
-    /// `navigator.gpu`; undefined in a browser without WebGPU.
-    #[wasm_bindgen(thread_local_v2, js_namespace = navigator, js_name = gpu)]
-    pub static GPU: JsValue;
-
-    pub type Gpu;
-    #[wasm_bindgen(method, js_name = requestAdapter)]
-    pub fn request_adapter(this: &Gpu) -> Promise;
-    #[wasm_bindgen(method, js_name = getPreferredCanvasFormat)]
-    pub fn preferred_canvas_format(this: &Gpu) -> JsString;
-
-    pub type Adapter;
-    #[wasm_bindgen(method, js_name = requestDevice)]
-    pub fn request_device(this: &Adapter) -> Promise;
-
     pub type Device;
     #[wasm_bindgen(method, getter)]
     pub fn queue(this: &Device) -> Queue;
-    #[wasm_bindgen(method, getter)]
-    pub fn lost(this: &Device) -> Promise;
-    #[wasm_bindgen(method, setter, js_name = onuncapturederror)]
-    pub fn set_on_uncaptured_error(this: &Device, handler: &JsValue);
     #[wasm_bindgen(method, js_name = createShaderModule)]
     pub fn create_shader_module(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createBindGroupLayout)]
@@ -34,7 +16,7 @@ extern "C" {
     #[wasm_bindgen(method, js_name = createPipelineLayout)]
     pub fn create_pipeline_layout(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createRenderPipelineAsync)]
-    pub fn create_render_pipeline_async(this: &Device, descriptor: &Object) -> Promise;
+    pub fn create_render_pipeline_async(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createBuffer)]
     pub fn create_buffer(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createTexture)]
@@ -79,8 +61,6 @@ extern "C" {
     pub fn end(this: &Pass);
 
     pub type Context;
-    #[wasm_bindgen(method, catch)]
-    pub fn configure(this: &Context, configuration: &Object) -> Result<(), JsValue>;
     #[wasm_bindgen(method, catch, js_name = getCurrentTexture)]
     pub fn current_texture(this: &Context) -> Result<Texture, JsValue>;
 }

@@ -1,6 +1,7 @@
-import init, { type Camera, Renderer as GpuRenderer, type Tile } from '#wasm';
+import init, { type Camera, type Tile } from '#wasm';
 import { PictureFile, type RawTile } from './archive.js';
 import { ViewerError, viewerError } from './errors.js';
+import { takeGpu } from './gpu.js';
 import type { Source } from './source.js';
 
 export type Backend = 'webgpu' | 'webgl2' | 'cpu';
@@ -60,7 +61,7 @@ async function create(choice: BackendChoice): Promise<Renderer> {
   // Fetched only where it is needed.
   const cpu = async () => (await import('./cpu.js')).create();
   if (choice === 'cpu') return cpu();
-  return GpuRenderer.create(choice).catch((cause) => {
+  return takeGpu(choice).catch((cause) => {
     const fault = () => Promise.reject(cause);
     return choice === 'auto' ? cpu().catch(fault) : fault();
   });
