@@ -40,6 +40,8 @@ struct View {
     flags: u32,
     // How far outlines reach from boundaries, in screen pixels. With 0 there are none.
     reach: f32,
+    // From far away: the width of the colours' texels, in pixels of the scene.
+    texel: f32,
     // The middle of the viewport in a pattern's pixels, how many of these a screen pixel is, and screen
     // pixels per source pixel.
     pattern: vec4<f32>,

@@ -36,6 +36,23 @@ fn columns(index: u32) -> Columns {
     );
 }
 
+// How steep a cut is between two places of its cell, at most.
+fn steepest(c: Columns, low: vec2<f32>, high: vec2<f32>) -> f32 {
+    let most = max(abs(low), abs(high));
+    let c1 = abs(bitcast<vec3<f32>>(c.c1.xyz));
+    let c2 = abs(bitcast<vec3<f32>>(c.c2.xyz));
+    let row = abs(bitcast<vec3<f32>>(c.c0.xyz)) + most.x * (c1 + most.x * c2);
+    let powers = vec3(1.0, most.y, most.y * most.y);
+    return length(vec2(dot(c1 + 2.0 * most.x * c2, powers), row.y + 2.0 * most.y * row.z));
+}
+
+// The value of a cut where the place in the cell is `u`.
+fn value_at(c: Columns, u: vec2<f32>) -> f32 {
+    let steep = bitcast<vec3<f32>>(c.c1.xyz) + u.x * bitcast<vec3<f32>>(c.c2.xyz);
+    let row = bitcast<vec3<f32>>(c.c0.xyz) + u.x * steep;
+    return row.x + u.y * (row.y + u.y * row.z);
+}
+
 // A cut where the place in the cell is `u`, in units of which `per_cell` is a sub-sample.
 fn cut_at(columns: Columns, u: vec2<f32>, per_cell: f32) -> Cut {
     let c1 = bitcast<vec3<f32>>(columns.c1.xyz);
@@ -155,12 +172,9 @@ fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
 }
 
 // How much of a pixel is on its middle's side of a boundary between two.
-fn own_share(c: Cut) -> f32 {
-    let distance = abs(c.at.x) / max(length(c.at.yz), 1e-30);
-    if ((c.flags & PART) == 0u) | (distance >= REACH) | ((view.flags & ANTIALIAS) == 0u) {
-        return 1.0;
-    }
-    return share(distance, c.at.yz);
+fn own_share(cut: vec3<f32>) -> f32 {
+    let distance = abs(cut.x) / max(length(cut.yz), 1e-30);
+    return select(share(distance, cut.yz), 1.0, distance >= REACH);
 }
 
 // The place of pair (i, j), i < j, among the cuts of `count` candidates.

@@ -32,7 +32,22 @@ fn whereabouts(at: vec2<u32>) -> Whereabouts {
     let cell = cell_of(vec2<u32>(pixel));
     let width = f32(1u << cell.log2);
     let within = vec2<f32>(pixel & vec2((1i << cell.log2) - 1i));
-    let word = select(NONE, cell.word, width >= view.patch_width);
+    var word = select(NONE, cell.word, width >= view.patch_width);
+    // Sub-samples lie in blocks beside it too, which must be the same then; none is narrower than a patch.
+    let middle = place + 0.5 * view.patch_width;
+    let around = 0.5 * view.patch_width + view.pixel;
+    var i = select(9u, 0u, view.samples > 1u);
+    loop {
+        if i >= 9u {
+            break;
+        }
+        let way = vec2<f32>(vec2(i % 3u, i / 3u)) - 1.0;
+        let there = view.anchor + vec2<i32>(floor(middle + around * way));
+        let block = vec2<u32>(clamp(there, vec2(0), view.last)) >> vec2(view.block_log2);
+        let is_same = textureLoad(blocks, block, 0).x == word;
+        word = select(NONE, word, is_same & ((word & SOLID) != 0u));
+        i++;
+    }
     return Whereabouts(word, vec2<f32>(from_anchor) - within, width);
 }
 
@@ -135,6 +150,8 @@ struct Corner {
     // enough.
     @location(5) u: vec2<f32>,
     @location(6) @interpolate(flat) per_cell: f32,
+    // Pixels where the cut is at least that far from zero are of one region: most need no more than its value.
+    @location(7) @interpolate(flat) limit: f32,
 }
 
 // Corners are numbered through a row of patches, six a patch, for the first draw and then once more for the second.
@@ -157,6 +174,8 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
     let is_plain = ((view.flags & PATCHES) != 0u)
         & (seen.count < MANY)
         & ((motif_of(positive) | motif_of(negative)) == 0u);
+    let parts = ((seen.cut.c1.w & PART) != 0u) & ((view.flags & ANTIALIAS) != 0u);
+    let limit = select(0.0, REACH * per_cell * steepest(seen.cut, low, high), parts);
     var position = vec4(clip.x, -clip.y, 0.0, 1.0);
     if is_plain != (vertex < 6u * view.patches.x) {
         position = vec4(0.0);
@@ -170,6 +189,7 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
         premultiplied(negative.x),
         zero + (clip + 1.0) * per_clip,
         per_cell,
+        limit,
     );
 }
 
@@ -191,14 +211,48 @@ fn finished(color: vec4<f32>, middle: vec2<f32>) -> vec4<f32> {
 @fragment
 fn paint_plain(plain: Corner) -> @location(0) vec4<f32> {
     let middle = middle_of(plain.position);
-    let cut = cut_at(Columns(plain.c0, plain.c1, plain.c2), plain.u, plain.per_cell);
-    let own = own_share(cut);
-    let share = select(1.0 - own, own, cut.at.x > 0.0);
+    let cut = Columns(plain.c0, plain.c1, plain.c2);
+    let value = value_at(cut, plain.u);
+    var own = 1.0;
+    if abs(value) < plain.limit {
+        own = own_share(cut_at(cut, plain.u, plain.per_cell).at);
+    }
+    let share = select(1.0 - own, own, value > 0.0);
     return finished(mix(plain.negative, plain.positive, share), middle);
 }
 
 @fragment
 fn paint_rest(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
+    let middle = middle_of(position);
+    var sum = vec4(0.0);
+    let samples = f32(view.samples);
+    var at = vec2(0.5);
+    loop {
+        let decoded = decode_at(middle - 0.5 + at / samples);
+        var regions = decoded.regions;
+        var shares = decoded.shares;
+        loop {
+            sum += shares.x * premultiplied(style(regions.x).x);
+            regions = regions.yzz;
+            shares = vec3(shares.yz, 0.0);
+            if shares.x + shares.y <= 0.0 {
+                break;
+            }
+        }
+        at.x += 1.0;
+        if at.x > samples {
+            at = vec2(0.5, at.y + 1.0);
+        }
+        if at.y > min(samples, f32(MAX_SAMPLES)) {
+            break;
+        }
+    }
+    return finished(sum / (samples * samples), middle);
+}
+
+// The rest where styles are more than colours.
+@fragment
+fn paint_styled(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let middle = middle_of(position);
     var sum = vec4(0.0);
     let samples = f32(view.samples);

@@ -22,10 +22,12 @@ pub struct Draw {
 
 pub const MODULES: [Shaders; 1] = [Shaders {
     name: "picture",
-    files: &["common.wgsl", "decode.wgsl", "styles.wgsl", "picture.wgsl"],
+    files: &["common.wgsl", "decode.wgsl", "styles.wgsl", "picture.wgsl", "far.wgsl"],
     draws: &[
         Draw { vertex: "place_corner", fragment: "paint_plain" },
         Draw { vertex: "place_corner", fragment: "paint_rest" },
+        Draw { vertex: "place_corner", fragment: "paint_styled" },
+        Draw { vertex: "cover", fragment: "paint_far" },
     ],
 }];
 

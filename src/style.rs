@@ -166,11 +166,14 @@ pub(crate) fn pattern_view(center: Point<2>, scale: f64) -> [f64; 3] {
     [at(0), at(1), step / scale]
 }
 
-/// How far outlines reach from their boundaries: the most of some styles.
+/// What some styles ask of a view beyond colours: how far outlines reach from their boundaries, at most, and whether
+/// there are patterns.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Reach {
     screen: f64,
     source: f64,
+    /// Some of them have patterns.
+    pub patterns: bool,
 }
 
 impl Reach {
@@ -187,6 +190,7 @@ impl Reach {
         let extent = extents(words).into_iter().fold(0.0, f64::max);
         let most = if words[2] & SOURCE == 0 { &mut self.screen } else { &mut self.source };
         *most = extent.max(*most);
+        self.patterns |= words[2] >> MOTIF_SHIFT & 7 != 0;
     }
 
     /// In screen pixels, where a source pixel is `scale` of them.

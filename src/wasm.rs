@@ -105,12 +105,11 @@ impl Renderer {
         canvas: web_sys::OffscreenCanvas,
         #[wasm_bindgen(unchecked_param_type = "GPUCanvasContext")] context: JsValue,
         #[wasm_bindgen(unchecked_param_type = "GPUDevice")] device: JsValue,
-        #[wasm_bindgen(unchecked_param_type = "GPURenderPipeline")] plain: JsValue,
-        #[wasm_bindgen(unchecked_param_type = "GPURenderPipeline")] rest: JsValue,
+        #[wasm_bindgen(unchecked_param_type = "GPUTextureFormat")] format: JsValue,
+        #[wasm_bindgen(unchecked_param_type = "GPURenderPipeline[]")] pipelines: js_sys::Array,
         #[wasm_bindgen(unchecked_param_type = "string[]")] faults: js_sys::Array,
     ) -> Renderer {
-        let pipelines = [plain, rest];
-        Self::new(browser::Renderer::on_device(canvas, context, device, pipelines, faults))
+        Self::new(browser::Renderer::on_device(canvas, context, device, format, pipelines, faults))
     }
 
     /// Draws with WebGL2 on a canvas by its context. Throws an `Error` whose name is `gpu`.
@@ -156,10 +155,10 @@ impl Renderer {
     }
 
     /// Draws what was placed since the last frame in the camera's viewport, and makes the canvas as
-    /// large. Throws an `Error` whose name is `gpu` where the device was lost.
-    pub fn draw(&self, camera: &Camera) -> Result<(), JsValue> {
+    /// large. A quick frame may be a little blurred from far away. Throws an `Error` whose name is `gpu` where the device was lost.
+    pub fn draw(&self, camera: &Camera, quick: bool) -> Result<(), JsValue> {
         let frame = self.frame.take();
-        self.renderer.draw(&frame, &camera.0).map_err(thrown)
+        self.renderer.draw(&frame, &camera.0, quick).map_err(thrown)
     }
 }
 

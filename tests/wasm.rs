@@ -125,7 +125,7 @@ fn draw(
     image: &Image,
     camera: &Camera,
 ) -> istar::Result<()> {
-    renderer.draw(&[(scene.clone(), Placement::whole(image.size))], camera)
+    renderer.draw(&[(scene.clone(), Placement::whole(image.size))], camera, false)
 }
 
 fn compare(what: &str, renderer: &Renderer, scene: &Rc<Scene>, image: &Image, camera: &Camera) {
@@ -187,7 +187,7 @@ async fn scenes_cover_one_another_where_they_lie() {
             // No sample is exactly on a border, where f32 may fall to its other side.
             camera.look_at(Point::new([47.9271, 31.9637]), scale);
             let [lower, upper] = scenes.each_ref().map(Rc::clone);
-            renderer.draw(&[(lower, below), (upper, above)], &camera).unwrap();
+            renderer.draw(&[(lower, below), (upper, above)], &camera, false).unwrap();
             let mut expected = Vec::new();
             for y in 0..VIEWPORT[1] {
                 let mut row = vec![[0; 4]; VIEWPORT[0] as usize];
@@ -287,15 +287,11 @@ async fn renderer_on(backend: &str) -> Renderer {
     let device = wait(device).await;
     let faults: Array = wait("return faults;").await.unchecked_into();
     let format = wait("return navigator.gpu.getPreferredCanvasFormat();").await;
-    let mut pipelines = [const { JsValue::UNDEFINED }; 2];
-    for (pipeline, promise) in
-        pipelines.iter_mut().zip(Renderer::pipelines(device.clone(), &format))
-    {
-        *pipeline = JsFuture::from(Promise::from(promise)).await.unwrap();
-    }
+    let promises = Renderer::pipelines(device.clone(), &format);
+    let pipelines = JsFuture::from(Promise::all(&promises)).await.unwrap().unchecked_into();
     let configure = "this.configure({ device, format: navigator.gpu.getPreferredCanvasFormat(), alphaMode: 'premultiplied' })";
     js_sys::Function::new_no_args(configure).call0(&context).unwrap();
-    Renderer::on_device(canvas, context.into(), device, pipelines, faults)
+    Renderer::on_device(canvas, context.into(), device, format, pipelines, faults)
 }
 
 /// What a script of the page brings.

@@ -1,6 +1,7 @@
 //! Drawing in a browser, on an `OffscreenCanvas`, with WebGPU or WebGL2. Whoever calls has taken the device or
 //! the context: that is a matter of waiting, and of what the browser has.
 
+use super::far::Far;
 use super::pack::Packed;
 use super::view::{Alpha, Layer, Origin, Target};
 use super::webgl::{self, WebGl};
@@ -36,10 +37,12 @@ pub struct Scene {
     /// Of its table of styles.
     table: [u32; 2],
     reach: Cell<Reach>,
+    far: Far,
 }
 
 impl Scene {
-    /// Bytes of GPU memory that it takes, but for a few from close by.
+    /// Bytes of GPU memory that it takes, but for a few from close by, and for what a picture of one tile takes from
+    /// far away.
     pub fn bytes(&self) -> usize {
         self.bytes
     }
@@ -51,8 +54,8 @@ enum Textures {
 }
 
 impl Renderer {
-    /// Asks a WebGPU device for what paints on canvases of a format: two promises, of which what they bring is
-    /// for [`on_device`](Self::on_device).
+    /// Asks a WebGPU device for what paints on canvases of a format: promises, and what they bring is for
+    ///  [`on_device`](Self::on_device).
     pub fn pipelines(device: JsValue, format: &JsValue) -> Array {
         webgpu::pipelines(device, format)
     }
@@ -63,10 +66,11 @@ impl Renderer {
         canvas: OffscreenCanvas,
         context: JsValue,
         device: JsValue,
-        pipelines: [JsValue; 2],
+        format: JsValue,
+        pipelines: Array,
         faults: Array,
     ) -> Self {
-        let device = WebGpu::new(canvas.clone(), context, device, pipelines, faults);
+        let device = WebGpu::new(canvas.clone(), context, device, format, pipelines, faults);
         Renderer { device: Device::WebGpu(Box::new(device)), canvas }
     }
 
@@ -104,7 +108,8 @@ impl Renderer {
         };
         let bytes = packed.tables().iter().map(|table| table.bytes.len()).sum();
         let table = packed.tables()[Packed::STYLES].size;
-        Ok(Scene { image, textures, bytes, table, reach: Cell::default() })
+        let (reach, far) = (Cell::default(), Far::default());
+        Ok(Scene { image, textures, bytes, table, reach, far })
     }
 
     /// Gives regions from `first` on other styles, four words each
@@ -117,6 +122,7 @@ impl Renderer {
         let mut reach = scene.reach.get();
         reach.take(first, records, scene.image.regions.len());
         scene.reach.set(reach);
+        scene.far.forget();
         let mut left = words;
         for (at, count) in Packed::style_rows(scene.table, first, records.len()) {
             let (row, rest) = left.split_at(4 * count as usize);
@@ -136,11 +142,16 @@ impl Renderer {
 
     /// Draws the camera's viewport, premultiplied, each scene over those before it where it lies. Makes the canvas as large, or as large as the
     /// device can: then the viewport's top left part is drawn. A viewport without pixels is none of
-    /// its business.
+    /// its business. A quick frame may be a little blurred from far away.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device was lost, [`Error::Usage`] for a scene of another back end.
-    pub fn draw(&self, scenes: &[(Rc<Scene>, Placement)], camera: &Camera) -> Result<()> {
+    pub fn draw(
+        &self,
+        scenes: &[(Rc<Scene>, Placement)],
+        camera: &Camera,
+        quick: bool,
+    ) -> Result<()> {
         let max_side = match &self.device {
             Device::WebGpu(device) => device.max_side(),
             Device::WebGl(device) => device.max_side(),
@@ -156,7 +167,8 @@ impl Renderer {
         let target = Target { height: size[1], origin, alpha: Alpha::Premultiplied };
         let layers = scenes.iter().filter_map(|(scene, placement)| {
             let style = (true, scene.reach.get());
-            let layer = Layer::new(placement, &scene.image, camera, target, size, style)?;
+            let (image, far) = (&scene.image, quick.then_some(&scene.far));
+            let layer = Layer::new(placement, image, camera, target, size, style, far)?;
             Some((&scene.textures, layer))
         });
         match &self.device {

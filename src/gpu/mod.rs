@@ -12,6 +12,8 @@
 
 #[cfg(feature = "gpu")]
 mod close;
+#[cfg(feature = "gpu")]
+mod far;
 mod pack;
 #[cfg(feature = "gpu")]
 mod patches;

@@ -1,12 +1,14 @@
 //! The wgpu back end: device, pipelines and scenes, for drawing into memory (`readback`).
 
 use super::close::Close;
+use super::far::{self, Far};
 use super::pack::{Format, Packed, Table};
 use super::view::{Layer, ViewUniforms};
 use super::{failed, picture};
 use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
 use crate::style::Reach;
+use std::cell::OnceCell;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The largest texture side that is asked for, and so the largest target. Every WebGPU device has it.
@@ -19,9 +21,11 @@ const UNIFORM_STEP: u32 = 256;
 pub(super) struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
-    layouts: [wgpu::BindGroupLayout; 2],
-    /// One for each of the draws: what is plain, and the rest.
-    pipelines: [wgpu::RenderPipeline; 2],
+    format: wgpu::TextureFormat,
+    /// Of the uniforms, of the tables, and of a level's colours.
+    layouts: [wgpu::BindGroupLayout; 3],
+    /// One for each of the draws: what is plain, the rest, the same with styles, and what is far away.
+    pipelines: [wgpu::RenderPipeline; 4],
     max_side: u32,
     failure: Failure,
 }
@@ -35,6 +39,9 @@ pub struct Scene {
     close: [wgpu::Texture; 2],
     close_bindings: wgpu::BindGroup,
     pub(super) reach: Reach,
+    /// From far away: its colours, and all bound.
+    levels: OnceCell<Vec<(wgpu::TextureView, wgpu::BindGroup)>>,
+    pub(super) far: Far,
 }
 
 /// The first thing that went wrong on the device. wgpu reports it in a callback.
@@ -88,7 +95,7 @@ impl Gpu {
             return Err(Error::Gpu(describe(e)));
         }
         failure.check()?;
-        Ok(Gpu { device, queue, layouts, pipelines, max_side, failure })
+        Ok(Gpu { device, queue, format, layouts, pipelines, max_side, failure })
     }
 
     /// The largest side of a target.
@@ -107,13 +114,25 @@ impl Gpu {
         let bindings = self.bind_tables([blocks, cells, cuts, styles]);
         let close_bindings = self.bind_tables([blocks, &close[0], &close[1], styles]);
         self.failure.check()?;
-        Ok(Scene { image, tables, bindings, close, close_bindings, reach: Reach::default() })
+        Ok(Scene {
+            image,
+            tables,
+            bindings,
+            close,
+            close_bindings,
+            reach: Reach::default(),
+            levels: OnceCell::new(),
+            far: Far::default(),
+        })
     }
 
     fn bind_tables(&self, tables: [&wgpu::Texture; 4]) -> wgpu::BindGroup {
-        let views = tables.map(|table| table.create_view(&Default::default()));
+        self.bind(1, &tables.map(|table| table.create_view(&Default::default())))
+    }
+
+    fn bind(&self, layout: usize, views: &[wgpu::TextureView]) -> wgpu::BindGroup {
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
-            .zip(&views)
+            .zip(views)
             .map(|(binding, view)| wgpu::BindGroupEntry {
                 binding,
                 resource: wgpu::BindingResource::TextureView(view),
@@ -121,7 +140,7 @@ impl Gpu {
             .collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
-            layout: &self.layouts[1],
+            layout: &self.layouts[layout],
             entries: &entries,
         })
     }
@@ -129,6 +148,7 @@ impl Gpu {
     /// Gives regions from `first` on the styles of these records.
     pub fn set_styles(&self, scene: &mut Scene, first: RegionId, words: &[[u32; 4]]) {
         scene.reach.take(first, words, scene.image.regions.len());
+        scene.far.forget();
         let table = &scene.tables[Packed::STYLES];
         let mut left = words;
         for (at, count) in Packed::style_rows([table.width(), table.height()], first, words.len()) {
@@ -146,13 +166,36 @@ impl Gpu {
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<()> {
         self.failure.check()?;
-        let uniforms = self.bind_uniforms(layers);
+        let all = || layers.iter().flat_map(|(_, layer)| layer.first.iter().chain([layer]));
+        let uniforms = self.bind_uniforms(all());
         for (scene, layer) in layers {
             for (i, bytes) in layer.close.iter().flat_map(|close| close.words()).enumerate() {
                 let table = &scene.close[i];
                 self.write(table, [0, 0], [table.width(), table.height()], &bytes);
             }
         }
+        let mut place = 0;
+        let mut frame = Vec::with_capacity(layers.len());
+        for (scene, layer) in layers {
+            for ((level, _), layer) in self.levels(scene).iter().zip(&layer.first) {
+                self.paint(level, encoder, &uniforms, &[(scene, layer, place)]);
+                place += UNIFORM_STEP;
+            }
+            frame.push((*scene, layer, place));
+            place += UNIFORM_STEP;
+        }
+        self.paint(view, encoder, &uniforms, &frame);
+        Ok(())
+    }
+
+    /// Paints layers, whose uniforms are in these places, into one target.
+    fn paint(
+        &self,
+        view: &wgpu::TextureView,
+        encoder: &mut wgpu::CommandEncoder,
+        uniforms: &wgpu::BindGroup,
+        layers: &[(&Scene, &Layer, u32)],
+    ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view,
@@ -165,28 +208,55 @@ impl Gpu {
             })],
             ..Default::default()
         });
-        for (i, (scene, layer)) in (0..).zip(layers) {
+        for &(scene, layer, place) in layers {
             let [from, to] = layer.own;
             pass.set_scissor_rect(from[0], from[1], to[0] - from[0], to[1] - from[1]);
-            pass.set_bind_group(0, &uniforms, &[i * UNIFORM_STEP]);
-            let tables =
-                if layer.close.is_some() { &scene.close_bindings } else { &scene.bindings };
+            pass.set_bind_group(0, uniforms, &[place]);
+            let tables = match (layer.far, &layer.close) {
+                (Some(level), _) => &self.levels(scene)[level].1,
+                (None, Some(_)) => &scene.close_bindings,
+                (None, None) => &scene.bindings,
+            };
             pass.set_bind_group(1, tables, &[]);
-            let (corners, rows) = (layer.patches.corners(), layer.patches.rows());
-            for draw in layer.draws() {
-                pass.set_pipeline(&self.pipelines[draw as usize]);
-                pass.draw(draw * corners..(draw + 1) * corners, 0..rows);
+            for (draw, [first, vertices, instances]) in layer.draws() {
+                pass.set_pipeline(&self.pipelines[draw]);
+                pass.draw(first..first + vertices, 0..instances);
             }
         }
-        Ok(())
+    }
+
+    /// The textures of a scene's levels, created when they are first asked for.
+    fn levels<'a>(&self, scene: &'a Scene) -> &'a [(wgpu::TextureView, wgpu::BindGroup)] {
+        scene.levels.get_or_init(|| {
+            let level = |(_, [width, height]): (u32, [u32; 2])| {
+                let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+                    label: None,
+                    size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format: self.format,
+                    usage: wgpu::TextureUsages::TEXTURE_BINDING
+                        | wgpu::TextureUsages::RENDER_ATTACHMENT,
+                    view_formats: &[],
+                });
+                let view = texture.create_view(&Default::default());
+                let bindings = self.bind(2, std::slice::from_ref(&view));
+                (view, bindings)
+            };
+            far::levels(scene.image.size).map(level).collect()
+        })
     }
 
     /// A buffer with the layers' uniforms, bound.
-    fn bind_uniforms(&self, layers: &[(&Scene, Layer)]) -> wgpu::BindGroup {
-        let mut bytes = vec![0; layers.len().max(1) * UNIFORM_STEP as usize];
-        for (place, (_, layer)) in bytes.chunks_exact_mut(UNIFORM_STEP as usize).zip(layers) {
-            place[..ViewUniforms::SIZE].copy_from_slice(&layer.uniforms.to_bytes());
+    fn bind_uniforms<'a>(&self, layers: impl Iterator<Item = &'a Layer>) -> wgpu::BindGroup {
+        let mut bytes = Vec::new();
+        for layer in layers {
+            bytes.extend(layer.uniforms.to_bytes());
+            bytes.resize(bytes.len().next_multiple_of(UNIFORM_STEP as usize), 0);
         }
+        // No buffer is empty.
+        bytes.resize(bytes.len().max(UNIFORM_STEP as usize), 0);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size: bytes.len() as u64,
@@ -254,8 +324,8 @@ impl Gpu {
     }
 }
 
-/// The view's uniforms, one block for each layer, and the scene's tables.
-fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
+/// The view's uniforms, one block for each layer, the scene's tables, and a level of its colours.
+fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 3] {
     let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
@@ -270,38 +340,42 @@ fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
             min_binding_size: None,
         },
     );
-    let tables: Vec<wgpu::BindGroupLayoutEntry> = (0..)
-        .zip(Packed::FORMATS)
-        .map(|(binding, _)| {
-            let ty = wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Uint,
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            };
-            entry(binding, ty)
-        })
-        .collect();
-    [&[uniforms][..], &tables].map(|entries| {
+    let texture = |binding, sample_type| {
+        let ty = wgpu::BindingType::Texture {
+            sample_type,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        entry(binding, ty)
+    };
+    let tables = [0, 1, 2, 3].map(|binding| texture(binding, wgpu::TextureSampleType::Uint));
+    let colors = texture(0, wgpu::TextureSampleType::Float { filterable: false });
+    [&[uniforms][..], &tables, &[colors]].map(|entries| {
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries })
     })
 }
 
 fn pipelines(
     device: &wgpu::Device,
-    layouts: &[wgpu::BindGroupLayout; 2],
+    [uniforms, tables, colors]: &[wgpu::BindGroupLayout; 3],
     format: wgpu::TextureFormat,
-) -> [wgpu::RenderPipeline; 2] {
+) -> [wgpu::RenderPipeline; 4] {
     let source = wgpu::ShaderSource::Wgsl(picture::WGSL.into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: None,
-        bind_group_layouts: &layouts.each_ref().map(Some),
-        immediate_size: 0,
-    });
-    picture::ENTRY_POINTS.map(|[vertex, fragment]| {
+    let layout = |bound| {
+        device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(uniforms), Some(bound)],
+            immediate_size: 0,
+        })
+    };
+    let (of_tables, of_colors) = (layout(tables), layout(colors));
+    let layouts = [&of_tables, &of_tables, &of_tables, &of_colors];
+    std::array::from_fn(|draw| {
+        let [vertex, fragment] = picture::ENTRY_POINTS[draw];
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: None,
-            layout: Some(&layout),
+            layout: Some(layouts[draw]),
             vertex: wgpu::VertexState {
                 module: &module,
                 entry_point: Some(vertex),

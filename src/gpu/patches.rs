@@ -3,10 +3,14 @@
 
 use crate::placement::SceneView;
 
-/// Screen pixels that a patch is wide at least, as far as blocks are.
-const WIDE: f64 = 64.0;
+/// Screen pixels that a patch is wide at least, as far as blocks are: the narrower, the more of them are plain.
+const WIDE: f64 = 32.0;
+/// The same from closer by than [`NEAR`], where cells are wide.
+const WIDE_NEAR: f64 = 64.0;
+/// Screen pixels per pixel of the scene.
+const NEAR: f64 = 16.0;
 /// Where blocks are not that wide, patches do not pay.
-const NARROW: f64 = 40.0;
+const NARROW: f64 = 16.0;
 /// Parts of a pixel of the scene that a patch is at least. From closer by than that, patches are squares of
 /// the screen.
 const FINEST: f64 = 1.0 / 64.0;
@@ -30,7 +34,7 @@ impl Patches {
 
     /// Those of a view from close by, whose cells meet at that place of the viewport.
     pub fn close(viewport: [u32; 2], split: [f32; 2]) -> Self {
-        let width = WIDE as f32;
+        let width = WIDE_NEAR as f32;
         let along = [0, 1].map(|axis| {
             let size = viewport[axis] as f32;
             // As good as any where it is out of sight.
@@ -39,14 +43,19 @@ impl Patches {
             let start = split - before * width;
             (start - 0.5 * size, ((size - start) / width).ceil() as u32)
         });
-        Patches { start: along.map(|(start, _)| start), width, count: along.map(|(_, count)| count) }
+        Patches {
+            start: along.map(|(start, _)| start),
+            width,
+            count: along.map(|(_, count)| count),
+        }
     }
 
     /// Those of a view of a scene with blocks of that size. `None` where a block is small on the screen.
     pub fn new(view: &SceneView, block_log2: u8) -> Option<Self> {
         let block = f64::from(1u32 << block_log2);
         let mut width = FINEST;
-        while width < block && width * view.scale < WIDE {
+        let wide = if view.scale < NEAR { WIDE } else { WIDE_NEAR };
+        while width < block && width * view.scale < wide {
             width *= 2.0;
         }
         if width * view.scale < NARROW {
@@ -114,7 +123,10 @@ mod tests {
     fn they_are_blocks_or_parts_of_them_and_few() {
         assert_eq!(patches([2000.0, 1000.0], 0.5), None);
         assert_eq!(patches([2000.0, 1000.0], 0.7).map(|patches| patches.width), Some(64.0));
-        assert_eq!(patches([2000.0, 1000.0], 1000.0).map(|patches| patches.width), Some(0.125 / 2.0));
+        assert_eq!(
+            patches([2000.0, 1000.0], 1000.0).map(|patches| patches.width),
+            Some(0.125 / 2.0)
+        );
         for scale in [0.7, 1.0, 3.0, 64.0, 1e3, 4000.0] {
             let [columns, rows] = patches([2000.0, 1000.0], scale).unwrap().count;
             assert!(

@@ -94,6 +94,23 @@ impl Renderer {
         camera: &Camera,
         antialias: bool,
     ) -> Result<Vec<[u8; 4]>> {
+        self.draw(&layers(scenes, camera, antialias, false), camera)
+    }
+
+    /// Draws the same as a viewer does while the view moves: where a pixel covers much of a scene, from what was
+    /// drawn of it before, and a little blurred.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn render_moving(
+        &self,
+        scenes: &[(&Scene, Placement)],
+        camera: &Camera,
+    ) -> Result<Vec<[u8; 4]>> {
+        self.draw(&layers(scenes, camera, true, true), camera)
+    }
+
+    fn draw(&self, layers: &[(&Scene, Layer)], camera: &Camera) -> Result<Vec<[u8; 4]>> {
         let [width, height] = camera.viewport();
         if width == 0 || height == 0 {
             return Err(Error::Usage("the viewport has no pixels".into()));
@@ -116,7 +133,7 @@ impl Renderer {
         });
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let view = target.create_view(&Default::default());
-        self.gpu.draw(&layers(scenes, camera, antialias), &view, &mut encoder)?;
+        self.gpu.draw(layers, &view, &mut encoder)?;
         encoder.copy_texture_to_buffer(
             target.as_image_copy(),
             wgpu::TexelCopyBufferInfo {
@@ -133,7 +150,8 @@ impl Renderer {
         self.read(&buffer, width, row_bytes)
     }
 
-    /// The seconds that a frame takes on the GPU, as the mean of so many in one go: for benches.
+    /// The seconds that a frame takes on the GPU, as the mean of so many in one go, at rest or while the view moves:
+    /// for benches.
     ///
     /// # Errors
     /// As [`render`](Self::render).
@@ -142,11 +160,12 @@ impl Renderer {
         scenes: &[(&Scene, Placement)],
         camera: &Camera,
         frames: u32,
+        is_moving: bool,
     ) -> Result<f64> {
         let [width, height] = camera.viewport();
         let target = self.target(wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
         let view = target.create_view(&Default::default());
-        let layers = layers(scenes, camera, true);
+        let layers = layers(scenes, camera, true, is_moving);
         let start = std::time::Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         for _ in 0..frames {
@@ -192,14 +211,13 @@ fn layers<'a>(
     scenes: &[(&'a Scene, Placement)],
     camera: &Camera,
     antialias: bool,
+    is_moving: bool,
 ) -> Vec<(&'a Scene, Layer)> {
     let size = camera.viewport();
     let to = Target { height: size[1], origin: Origin::TopLeft, alpha: Alpha::Straight };
     let layer = |&(scene, placement): &(&'a Scene, Placement)| {
-        Some((
-            scene,
-            Layer::new(&placement, &scene.image, camera, to, size, (antialias, scene.reach))?,
-        ))
+        let (styles, far) = ((antialias, scene.reach), is_moving.then_some(&scene.far));
+        Some((scene, Layer::new(&placement, &scene.image, camera, to, size, styles, far)?))
     };
     scenes.iter().filter_map(layer).collect()
 }

@@ -2,6 +2,7 @@
 //! `tests/suite/shaders.rs` compares the two field by field.
 
 use super::close::Close;
+use super::far::{self, Far, Use};
 use super::patches::Patches;
 use crate::camera::Camera;
 use crate::model::Image;
@@ -37,12 +38,22 @@ pub struct Target {
     pub alpha: Alpha,
 }
 
+/// The number of the draw that paints what is far away: it reads a level's colours, where others read a scene's
+/// tables.
+pub(super) const FAR: usize = 3;
+
 /// A scene's part of a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Layer {
     pub uniforms: ViewUniforms,
     /// From close by: what takes the place of the scene's own tables.
     pub close: Option<Close>,
+    /// From far away: the level of the scene's colours that it is made of.
+    pub far: Option<usize>,
+    /// What is drawn before it: each level, where these are to be made.
+    pub first: Vec<Layer>,
+    /// Its styles are more than colours.
+    pub is_styled: bool,
     /// What it is drawn in.
     pub patches: Patches,
     /// The pixels that it paints: from, to (not included), from the viewport's top left.
@@ -58,7 +69,8 @@ impl Layer {
         camera: &Camera,
         target: Target,
         size: [u32; 2],
-        (antialias, reach): (bool, Reach),
+        (antialias, styles): (bool, Reach),
+        far: Option<&Far>,
     ) -> Option<Self> {
         let view = placement.seen(camera, antialias)?;
         let [from, to] = view.own;
@@ -67,7 +79,7 @@ impl Layer {
             return None;
         }
         let mut uniforms = ViewUniforms::new(&view, image.block_log2, target, antialias);
-        let reach = reach.at(view.source);
+        let reach = styles.at(view.source);
         uniforms.reach = reach as f32;
         if uniforms.reach > 0.0 {
             uniforms.flags |= ViewUniforms::OUTLINES;
@@ -79,9 +91,9 @@ impl Layer {
             // Places are on the screen, from its middle.
             (uniforms.offset, uniforms.pixel) = ([0.0; 2], 1.0);
         }
-        // Sub-samples and outlines look beyond a patch.
+        // Outlines look far beyond a patch.
         let patches = match &close {
-            _ if uniforms.samples > 1 || uniforms.reach > 0.0 => None,
+            _ if uniforms.reach > 0.0 => None,
             Some(close) => Some(Patches::close(view.viewport, close.split)),
             None => Patches::new(&view, image.block_log2),
         };
@@ -92,12 +104,61 @@ impl Layer {
         (uniforms.patches, uniforms.start) = (patches.count, patches.start);
         uniforms.patch_width = patches.width;
         uniforms.to_clip = size.map(|n| 2.0 / n as f32);
-        Some(Layer { uniforms, close, patches, own: [from, to] })
+        // Patterns are the screen's, not the scene's. And what is streamed has levels of its own: those of many tiles
+        // would take memory for little.
+        let is_whole = (placement.origin, placement.size) == ([0; 2], camera.picture());
+        let far = far.filter(|_| antialias && is_whole && !styles.patterns);
+        let level = far.zip(far::level(&view, image.size)).map(|(far, (level, log2))| {
+            uniforms.texel = (1u32 << log2) as f32;
+            (level, far.next())
+        });
+        let (far, first) = match level {
+            None | Some((_, Use::Without)) => (None, Vec::new()),
+            Some((level, Use::Make)) => (Some(level), Self::levels(image)),
+            Some((level, Use::Draw)) => (Some(level), Vec::new()),
+        };
+        let is_styled = styles.patterns || uniforms.reach > 0.0;
+        Some(Layer { uniforms, close, far, first, is_styled, patches, own: [from, to] })
     }
 
-    /// Which of the draws paint it: the first is only for what is drawn in patches.
-    pub fn draws(&self) -> std::ops::Range<u32> {
-        u32::from(self.uniforms.flags & ViewUniforms::PATCHES == 0)..2
+    /// What makes the levels of a scene's colours, each in a target of its own: the first of the scene, and each
+    /// other of the one before.
+    fn levels(image: &Image) -> Vec<Self> {
+        let levels = far::levels(image.size).enumerate().filter_map(|(i, (log2, size))| {
+            let whole = size.map(|n| n << log2);
+            let mut camera = Camera::new(whole, size);
+            camera.look_at(camera.center(), 1.0 / f64::from(1u32 << log2));
+            let view = Placement::whole(whole).seen(&camera, true)?;
+            // Of textures the first row is the upper one with every back end.
+            let target = Target { height: 0, origin: Origin::TopLeft, alpha: Alpha::Premultiplied };
+            let mut uniforms = ViewUniforms::new(&view, image.block_log2, target, true);
+            uniforms.last = image.size.map(|n| n as i32 - 1);
+            uniforms.texel = (1u32 << log2) as f32 / 2.0;
+            Some(Layer {
+                uniforms,
+                close: None,
+                far: i.checked_sub(1),
+                first: Vec::new(),
+                is_styled: false,
+                patches: Patches::ONE,
+                own: [[0; 2], size],
+            })
+        });
+        levels.collect()
+    }
+
+    /// The draws that paint it: the number of each, its first vertex, and how many vertices and instances it
+    /// has.
+    pub fn draws(&self) -> impl Iterator<Item = (usize, [u32; 3])> {
+        let [corners, rows] = [self.patches.corners(), self.patches.rows()];
+        let plain = (0, [0, corners, rows]);
+        let rest = (if self.is_styled { 2 } else { 1 }, [corners, corners, rows]);
+        let far = (FAR, [0, 3, 1]);
+        let in_patches = self.uniforms.flags & ViewUniforms::PATCHES != 0;
+        let is_far = self.far.is_some();
+        [(plain, in_patches && !is_far), (rest, !is_far), (far, is_far)]
+            .into_iter()
+            .filter_map(|(draw, is_wanted)| is_wanted.then_some(draw))
     }
 }
 
@@ -140,6 +201,8 @@ pub struct ViewUniforms {
     pub flags: u32,
     /// How far outlines reach from boundaries, in screen pixels. With 0 there are none.
     pub reach: f32,
+    /// From far away: the width of the colours' texels, in pixels of the scene.
+    pub texel: f32,
     /// The middle of the viewport in a pattern's pixels, how many of these a screen pixel is, and
     /// screen pixels per source pixel.
     pub pattern: [f32; 4],
@@ -193,6 +256,7 @@ impl ViewUniforms {
             patch_width: 1.0,
             flags,
             reach: 0.0,
+            texel: 1.0,
             pattern: [x, y, step, view.source].map(|n| n as f32),
         }
     }
@@ -217,7 +281,7 @@ impl ViewUniforms {
             [self.samples, self.block_log2],
             [self.patch_width.to_bits(), self.flags],
             // What follows is aligned.
-            [self.reach.to_bits(), 0],
+            floats([self.reach, self.texel]),
             [0; 2],
             floats([self.pattern[0], self.pattern[1]]),
             floats([self.pattern[2], self.pattern[3]]),

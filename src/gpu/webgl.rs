@@ -6,17 +6,21 @@ use super::pack::{Format, Packed, Table};
 use super::picture;
 use super::view::Layer;
 use crate::error::{Error, Result};
+use std::cell::{OnceCell, RefCell};
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{
-    OffscreenCanvas, WebGl2RenderingContext as Gl, WebGlProgram, WebGlTexture, WebglLoseContext,
+    OffscreenCanvas, WebGl2RenderingContext as Gl, WebGlFramebuffer, WebGlProgram, WebGlTexture,
+    WebglLoseContext,
 };
 
 /// A WebGL2 context with the programs that paint scenes, and a buffer for uniforms in use.
 pub(super) struct WebGl {
     gl: Gl,
     canvas: OffscreenCanvas,
-    /// One for each of the draws: what is plain, and the rest.
-    programs: Vec<WebGlProgram>,
+    /// One for each of the draws, linked when one is first needed.
+    programs: [OnceCell<WebGlProgram>; picture::GLSL.len()],
+    /// What is drawn into that is not the canvas.
+    framebuffer: Option<WebGlFramebuffer>,
     max_side: u32,
 }
 
@@ -25,35 +29,47 @@ pub(super) struct Scene {
     gl: Gl,
     /// After the scene's own tables the two that take the place of some from close by.
     tables: Vec<WebGlTexture>,
+    /// From far away: its colours.
+    levels: RefCell<Vec<WebGlTexture>>,
 }
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        for table in &self.tables {
-            self.gl.delete_texture(Some(table));
+        for texture in self.tables.iter().chain(&*self.levels.borrow()) {
+            self.gl.delete_texture(Some(texture));
         }
     }
 }
 
 impl WebGl {
     pub fn new(canvas: OffscreenCanvas, gl: Gl) -> Result<Self> {
-        let mut programs = Vec::with_capacity(picture::GLSL.len());
-        for stages in picture::GLSL {
-            let program = link(&gl, stages)?;
+        let uniforms = gl.create_buffer().ok_or_else(|| lost(&gl))?;
+        gl.bind_buffer_base(Gl::UNIFORM_BUFFER, 0, Some(&uniforms));
+        // Asked now: a lost context says nothing.
+        let max_side = gl.get_parameter(Gl::MAX_TEXTURE_SIZE).ok().and_then(|side| side.as_f64());
+        let max_side = max_side.unwrap_or(0.0) as u32;
+        let framebuffer = gl.create_framebuffer();
+        let programs = [const { OnceCell::new() }; picture::GLSL.len()];
+        let own = WebGl { gl, canvas, programs, framebuffer, max_side };
+        // Asked for now, so that a driver that refuses it is told of before anything is drawn.
+        own.program(1)?;
+        Ok(own)
+    }
+
+    /// What draws, linked.
+    fn program(&self, draw: usize) -> Result<&WebGlProgram> {
+        let (gl, own) = (&self.gl, &self.programs[draw]);
+        if own.get().is_none() {
+            let program = link(gl, picture::GLSL[draw])?;
             gl.use_program(Some(&program));
             for (unit, name) in (0..).zip(picture::GLSL_TEXTURES) {
                 gl.uniform1i(gl.get_uniform_location(&program, name).as_ref(), unit);
             }
             let block = gl.get_uniform_block_index(&program, picture::GLSL_UNIFORMS);
             gl.uniform_block_binding(&program, block, 0);
-            programs.push(program);
+            let _ = own.set(program);
         }
-        let uniforms = gl.create_buffer().ok_or_else(|| lost(&gl))?;
-        gl.bind_buffer_base(Gl::UNIFORM_BUFFER, 0, Some(&uniforms));
-        // Asked now: a lost context says nothing.
-        let max_side = gl.get_parameter(Gl::MAX_TEXTURE_SIZE).ok().and_then(|side| side.as_f64());
-        let max_side = max_side.unwrap_or(0.0) as u32;
-        Ok(WebGl { gl, canvas, programs, max_side })
+        own.get().ok_or_else(|| lost(gl))
     }
 
     pub fn max_side(&self) -> u32 {
@@ -63,7 +79,8 @@ impl WebGl {
     pub fn upload(&self, packed: &Packed) -> Result<Scene> {
         let tables = packed.tables();
         // Constructed first, so that what was created is freed where a later table fails.
-        let mut scene = Scene { gl: self.gl.clone(), tables: Vec::new() };
+        let levels = RefCell::default();
+        let mut scene = Scene { gl: self.gl.clone(), tables: Vec::new(), levels };
         for table in tables.iter().chain(&Close::room()) {
             let texture = self.gl.create_texture().ok_or_else(|| lost(&self.gl))?;
             self.gl.bind_texture(Gl::TEXTURE_2D, Some(&texture));
@@ -98,6 +115,10 @@ impl WebGl {
             self.canvas.set_width(width);
             self.canvas.set_height(height);
         }
+        gl.enable(Gl::SCISSOR_TEST);
+        for (scene, layer) in layers.iter().filter(|(_, layer)| !layer.first.is_empty()) {
+            self.make_levels(scene, &layer.first)?;
+        }
         gl.viewport(0, 0, width as i32, height as i32);
         gl.disable(Gl::SCISSOR_TEST);
         gl.clear(Gl::COLOR_BUFFER_BIT);
@@ -106,23 +127,59 @@ impl WebGl {
             let [from, to] = layer.own.map(|at| at.map(|n| n as i32));
             // Rows are counted from below.
             gl.scissor(from[0], height as i32 - to[1], to[0] - from[0], to[1] - from[1]);
-            for (unit, place) in (Gl::TEXTURE0..).zip(0..Packed::FORMATS.len()) {
-                let place = if layer.close.is_some() { Close::PLACES[place] } else { place };
-                gl.active_texture(unit);
-                gl.bind_texture(Gl::TEXTURE_2D, Some(&scene.tables[place]));
+            self.paint(scene, layer)?;
+        }
+        Ok(())
+    }
+
+    /// Draws the levels of a scene's colours, each into a texture of its own.
+    fn make_levels(&self, scene: &Scene, layers: &[Layer]) -> Result<()> {
+        let gl = &self.gl;
+        gl.bind_framebuffer(Gl::FRAMEBUFFER, self.framebuffer.as_ref());
+        for (i, layer) in layers.iter().enumerate() {
+            let [width, height] = layer.own[1].map(|n| n as i32);
+            if scene.levels.borrow().len() <= i {
+                let texture = gl.create_texture().ok_or_else(|| lost(gl))?;
+                gl.active_texture(Gl::TEXTURE0);
+                gl.bind_texture(Gl::TEXTURE_2D, Some(&texture));
+                gl.tex_storage_2d(Gl::TEXTURE_2D, 1, Gl::RGBA8, width, height);
+                nearest(gl);
+                scene.levels.borrow_mut().push(texture);
             }
-            let words = layer.close.iter().flat_map(Close::words);
-            for ((unit, table), bytes) in (Gl::TEXTURE1..).zip(Close::room()).zip(words) {
-                gl.active_texture(unit);
-                self.write(table.format, [0, 0], table.size, &bytes)?;
-            }
-            let bytes = layer.uniforms.to_bytes();
-            gl.buffer_data_with_u8_array(Gl::UNIFORM_BUFFER, &bytes, Gl::STREAM_DRAW);
-            let (corners, rows) = (layer.patches.corners() as i32, layer.patches.rows() as i32);
-            for draw in layer.draws() {
-                gl.use_program(Some(&self.programs[draw as usize]));
-                gl.draw_arrays_instanced(Gl::TRIANGLES, draw as i32 * corners, corners, rows);
-            }
+            let levels = scene.levels.borrow();
+            let (target, to) = (Gl::COLOR_ATTACHMENT0, levels.get(i));
+            gl.framebuffer_texture_2d(Gl::FRAMEBUFFER, target, Gl::TEXTURE_2D, to, 0);
+            gl.viewport(0, 0, width, height);
+            gl.scissor(0, 0, width, height);
+            self.paint(scene, layer)?;
+        }
+        gl.bind_framebuffer(Gl::FRAMEBUFFER, None);
+        Ok(())
+    }
+
+    /// Draws a layer into what is bound.
+    fn paint(&self, scene: &Scene, layer: &Layer) -> Result<()> {
+        let gl = &self.gl;
+        for (unit, place) in (Gl::TEXTURE0..).zip(0..Packed::FORMATS.len()) {
+            let place = if layer.close.is_some() { Close::PLACES[place] } else { place };
+            gl.active_texture(unit);
+            gl.bind_texture(Gl::TEXTURE_2D, Some(&scene.tables[place]));
+        }
+        if let Some(level) = layer.far {
+            gl.active_texture(Gl::TEXTURE0);
+            gl.bind_texture(Gl::TEXTURE_2D, scene.levels.borrow().get(level));
+        }
+        let words = layer.close.iter().flat_map(Close::words);
+        for ((unit, table), bytes) in (Gl::TEXTURE1..).zip(Close::room()).zip(words) {
+            gl.active_texture(unit);
+            self.write(table.format, [0, 0], table.size, &bytes)?;
+        }
+        let bytes = layer.uniforms.to_bytes();
+        gl.buffer_data_with_u8_array(Gl::UNIFORM_BUFFER, &bytes, Gl::STREAM_DRAW);
+        for (draw, of) in layer.draws() {
+            gl.use_program(Some(self.program(draw)?));
+            let [first, vertices, instances] = of.map(|n| n as i32);
+            gl.draw_arrays_instanced(Gl::TRIANGLES, first, vertices, instances);
         }
         Ok(())
     }
@@ -130,10 +187,7 @@ impl WebGl {
     /// Fills the bound texture.
     fn fill(&self, table: &Table<'_>) -> Result<()> {
         let gl = &self.gl;
-        // Integer textures cannot be filtered: with the default filter they read as zero.
-        for filter in [Gl::TEXTURE_MIN_FILTER, Gl::TEXTURE_MAG_FILTER] {
-            gl.tex_parameteri(Gl::TEXTURE_2D, filter, Gl::NEAREST as i32);
-        }
+        nearest(gl);
         let [width, height] = table.size.map(|n| n as i32);
         let (internal, ..) = layout(table.format);
         gl.tex_storage_2d(Gl::TEXTURE_2D, 1, internal, width, height);
@@ -173,6 +227,14 @@ impl Drop for WebGl {
         if let Ok(Some(extension)) = self.gl.get_extension("WEBGL_lose_context") {
             extension.unchecked_into::<WebglLoseContext>().lose_context();
         }
+    }
+}
+
+/// Leaves the bound texture without a filter: with the default one, integers and what has no mipmaps read as
+/// zero.
+fn nearest(gl: &Gl) {
+    for filter in [Gl::TEXTURE_MIN_FILTER, Gl::TEXTURE_MAG_FILTER] {
+        gl.tex_parameteri(Gl::TEXTURE_2D, filter, Gl::NEAREST as i32);
     }
 }
 

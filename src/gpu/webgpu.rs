@@ -4,11 +4,11 @@
 use super::close::Close;
 use super::pack::{Format, Packed, Table};
 use super::picture;
-use super::view::{Layer, ViewUniforms};
+use super::view::{FAR, Layer, ViewUniforms};
 use super::webgpu_sys::{Context, Device, Queue, Texture, object};
 use crate::error::{Error, Result};
 use js_sys::{Array, Object};
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::OffscreenCanvas;
 
@@ -17,6 +17,8 @@ const MAX_SIDE: u32 = 8192;
 
 /// `GPUTextureUsage.COPY_DST | GPUTextureUsage.TEXTURE_BINDING`.
 const TABLE_USAGE: u32 = 0x02 | 0x04;
+/// `GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.RENDER_ATTACHMENT`.
+const LEVEL_USAGE: u32 = 0x04 | 0x10;
 /// `GPUBufferUsage.COPY_DST | GPUBufferUsage.UNIFORM`.
 const UNIFORM_USAGE: u32 = 0x08 | 0x40;
 
@@ -31,9 +33,10 @@ pub(super) struct WebGpu {
     queue: Queue,
     canvas: OffscreenCanvas,
     context: Context,
-    layouts: [JsValue; 2],
-    /// One for each of the draws: what is plain, and the rest.
-    pipelines: [JsValue; 2],
+    layouts: [JsValue; 3],
+    format: JsValue,
+    /// One for each of the draws. Those that no first frame needs are created when one does.
+    pipelines: [OnceCell<JsValue>; picture::ENTRY_POINTS.len()],
     uniforms: RefCell<Uniforms>,
     /// What went wrong on the device: the browser tells it after the call has long returned.
     faults: Array,
@@ -41,7 +44,7 @@ pub(super) struct WebGpu {
 
 /// A buffer for the uniforms of some layers, and its bind group.
 struct Uniforms {
-    layers: usize,
+    bytes: usize,
     buffer: JsValue,
     bindings: JsValue,
 }
@@ -52,13 +55,22 @@ pub(super) struct Scene {
     tables: Vec<Texture>,
     /// As a rule, and from close by.
     bindings: [JsValue; 2],
+    levels: OnceCell<Vec<Level>>,
+}
+
+/// A level of a scene's colours: the texture, its view, and that bound.
+struct Level {
+    texture: Texture,
+    view: JsValue,
+    bindings: JsValue,
 }
 
 impl Drop for Scene {
     fn drop(&mut self) {
         // Else the memory waits for the garbage collector.
-        for table in &self.tables {
-            table.destroy_texture();
+        let levels = self.levels.get().into_iter().flatten().map(|level| &level.texture);
+        for texture in self.tables.iter().chain(levels) {
+            texture.destroy_texture();
         }
     }
 }
@@ -69,19 +81,25 @@ impl WebGpu {
         canvas: OffscreenCanvas,
         context: JsValue,
         device: JsValue,
-        pipelines: [JsValue; 2],
+        format: JsValue,
+        pipelines: Array,
         faults: Array,
     ) -> Self {
         let device: Device = device.unchecked_into();
         let layouts = bind_group_layouts(&device);
+        let own = [const { OnceCell::new() }; picture::ENTRY_POINTS.len()];
+        for (own, pipeline) in own.iter().zip(pipelines) {
+            let _ = own.set(pipeline);
+        }
         WebGpu {
             queue: device.queue(),
             canvas,
             context: context.unchecked_into(),
-            uniforms: RefCell::new(Uniforms::new(&device, &layouts[0], 16)),
+            uniforms: RefCell::new(Uniforms::new(&device, &layouts[0], 16 * UNIFORM_STEP as usize)),
             device,
             layouts,
-            pipelines,
+            format,
+            pipelines: own,
             faults,
         }
     }
@@ -109,7 +127,7 @@ impl WebGpu {
                 .collect();
             bind(&self.device, &self.layouts[1], &entries)
         });
-        Ok(Scene { tables, bindings })
+        Ok(Scene { tables, bindings, levels: OnceCell::new() })
     }
 
     /// Writes records of styles into a row of their table.
@@ -129,13 +147,14 @@ impl WebGpu {
         let Ok(frame) = self.context.current_texture() else {
             return Err(Error::Gpu("the WebGPU canvas gave no frame".into()));
         };
-        let mut uniforms = self.uniforms.borrow_mut();
-        if uniforms.layers < layers.len() {
-            *uniforms = Uniforms::new(&self.device, &self.layouts[0], 2 * layers.len());
+        let mut bytes = Vec::new();
+        for layer in layers.iter().flat_map(|(_, layer)| layer.first.iter().chain([layer])) {
+            bytes.extend(layer.uniforms.to_bytes());
+            bytes.resize(bytes.len().next_multiple_of(UNIFORM_STEP as usize), 0);
         }
-        let mut bytes = vec![0; layers.len() * UNIFORM_STEP as usize];
-        for (place, (_, layer)) in bytes.chunks_exact_mut(UNIFORM_STEP as usize).zip(layers) {
-            place[..ViewUniforms::SIZE].copy_from_slice(&layer.uniforms.to_bytes());
+        let mut uniforms = self.uniforms.borrow_mut();
+        if uniforms.bytes < bytes.len() {
+            *uniforms = Uniforms::new(&self.device, &self.layouts[0], 2 * bytes.len());
         }
         self.queue.write_buffer(&uniforms.buffer, 0, &bytes);
         for (scene, layer) in layers {
@@ -145,29 +164,70 @@ impl WebGpu {
             }
         }
         let encoder = self.device.create_command_encoder();
-        let attachment = object([
-            ("view", &frame.create_view()),
-            // Without a colour to clear with it is transparent.
-            ("loadOp", &"clear".into()),
-            ("storeOp", &"store".into()),
-        ]);
-        let pass =
-            encoder.begin_render_pass(&object([("colorAttachments", &Array::of1(&attachment))]));
-        for (i, (scene, layer)) in (0..).zip(layers) {
-            let [from, to] = layer.own;
-            pass.set_scissor_rect(from[0], from[1], to[0] - from[0], to[1] - from[1]);
-            pass.set_bind_group(0, &uniforms.bindings, &Array::of1(&(i * UNIFORM_STEP).into()));
-            let bindings = &scene.bindings[usize::from(layer.close.is_some())];
-            pass.set_bind_group(1, bindings, &Array::new());
-            let (corners, rows) = (layer.patches.corners(), layer.patches.rows());
-            for draw in layer.draws() {
-                pass.set_pipeline(&self.pipelines[draw as usize]);
-                pass.draw(corners, rows, draw * corners);
+        let paint = |view: &JsValue, layers: &[(&Scene, &Layer, u32)]| {
+            let attachment = object([
+                ("view", view),
+                // Without a colour to clear with it is transparent.
+                ("loadOp", &"clear".into()),
+                ("storeOp", &"store".into()),
+            ]);
+            let attachments = Array::of1(&attachment);
+            let pass = encoder.begin_render_pass(&object([("colorAttachments", &attachments)]));
+            for &(scene, layer, place) in layers {
+                let [from, to] = layer.own;
+                pass.set_scissor_rect(from[0], from[1], to[0] - from[0], to[1] - from[1]);
+                pass.set_bind_group(0, &uniforms.bindings, &Array::of1(&place.into()));
+                let near = &scene.bindings[usize::from(layer.close.is_some())];
+                let far = layer.far.and_then(|level| scene.levels.get()?.get(level));
+                pass.set_bind_group(1, far.map_or(near, |level| &level.bindings), &Array::new());
+                for (draw, [first, vertices, instances]) in layer.draws() {
+                    pass.set_pipeline(self.pipeline(draw));
+                    pass.draw(vertices, instances, first);
+                }
             }
+            pass.end();
+        };
+        let mut place = 0;
+        let mut last = Vec::with_capacity(layers.len());
+        for (scene, layer) in layers {
+            for (first, level) in layer.first.iter().zip(self.levels(scene, &layer.first)) {
+                paint(&level.view, &[(*scene, first, place)]);
+                place += UNIFORM_STEP;
+            }
+            last.push((*scene, layer, place));
+            place += UNIFORM_STEP;
         }
-        pass.end();
+        paint(&frame.create_view(), &last);
         self.queue.submit(&Array::of1(&encoder.finish()));
         Ok(())
+    }
+
+    /// The textures of a scene's levels, which these layers are drawn into; created once.
+    fn levels<'a>(&self, scene: &'a Scene, layers: &[Layer]) -> &'a [Level] {
+        if layers.is_empty() {
+            return &[];
+        }
+        scene.levels.get_or_init(|| {
+            let level = |layer: &Layer| {
+                let texture = self.device.create_texture(&object([
+                    ("size", &pair(layer.own[1])),
+                    ("format", &self.format),
+                    ("usage", &LEVEL_USAGE.into()),
+                ]));
+                let view = texture.create_view();
+                let entry = object([("binding", &0.into()), ("resource", &view)]);
+                let bindings = bind(&self.device, &self.layouts[2], &Array::of1(&entry));
+                Level { texture, view, bindings }
+            };
+            layers.iter().map(level).collect()
+        })
+    }
+
+    fn pipeline(&self, draw: usize) -> &JsValue {
+        self.pipelines[draw].get_or_init(|| {
+            let descriptor = descriptors(&self.device, &self.layouts, &self.format, [draw]);
+            self.device.create_render_pipeline(&descriptor[0])
+        })
     }
 
     fn create_table(&self, table: &Table<'_>) -> Texture {
@@ -204,15 +264,15 @@ impl Drop for WebGpu {
 }
 
 impl Uniforms {
-    fn new(device: &Device, layout: &JsValue, layers: usize) -> Self {
+    fn new(device: &Device, layout: &JsValue, bytes: usize) -> Self {
         let buffer = device.create_buffer(&object([
-            ("size", &(layers as u32 * UNIFORM_STEP).into()),
+            ("size", &(bytes as u32).into()),
             ("usage", &UNIFORM_USAGE.into()),
         ]));
         let part = object([("buffer", &buffer), ("size", &(ViewUniforms::SIZE as u32).into())]);
         let entry = object([("binding", &0.into()), ("resource", &part)]);
         let bindings = bind(device, layout, &Array::of1(&entry));
-        Uniforms { layers, buffer, bindings }
+        Uniforms { bytes, buffer, bindings }
     }
 }
 
@@ -224,41 +284,48 @@ fn pair([x, y]: [u32; 2]) -> Array {
     Array::of2(&x.into(), &y.into())
 }
 
-/// The view's uniforms, one block for each layer, and the scene's tables.
-fn bind_group_layouts(device: &Device) -> [JsValue; 2] {
+/// The view's uniforms, one block for each layer, the scene's tables, and a level of its colours.
+fn bind_group_layouts(device: &Device) -> [JsValue; 3] {
     let entry = |binding: u32, kind: &str, what: Object| {
         object([("binding", &binding.into()), ("visibility", &STAGES.into()), (kind, &what)])
     };
     let uniforms = entry(0, "buffer", object([("hasDynamicOffset", &true.into())]));
-    let tables: Array = (0..)
-        .zip(Packed::FORMATS)
-        .map(|(binding, _)| entry(binding, "texture", object([("sampleType", &"uint".into())])))
-        .collect();
-    [Array::of1(&uniforms), tables]
+    let texture =
+        |binding, kind: &str| entry(binding, "texture", object([("sampleType", &kind.into())]));
+    let tables = (0..4).map(|binding| texture(binding, "uint")).collect();
+    [Array::of1(&uniforms), tables, Array::of1(&texture(0, "unfilterable-float"))]
         .map(|entries| device.create_bind_group_layout(&object([("entries", &entries)])))
 }
 
-/// Asks a device for the pipelines, which the browser promises: both before the first is waited for. Layouts that
-/// are made alike later fit them.
+/// Asks a device for the pipelines of a first frame, which the browser promises. Layouts that are made alike later
+/// fit them.
 pub(super) fn pipelines(device: JsValue, format: &JsValue) -> Array {
     let device: Device = device.unchecked_into();
-    let [uniforms, tables] = bind_group_layouts(&device);
-    let groups = Array::of2(&uniforms, &tables);
-    let layout = device.create_pipeline_layout(&object([("bindGroupLayouts", &groups)]));
+    let descriptors = descriptors(&device, &bind_group_layouts(&device), format, [0, 1]);
+    // All before the first is waited for.
+    descriptors.iter().map(|descriptor| device.create_render_pipeline_async(descriptor)).collect()
+}
+
+/// What the pipelines of some draws are made of.
+fn descriptors<const N: usize>(
+    device: &Device,
+    [uniforms, tables, colors]: &[JsValue; 3],
+    format: &JsValue,
+    draws: [usize; N],
+) -> [Object; N] {
     let module = device.create_shader_module(&object([("code", &picture::WGSL.into())]));
     let target = object([("format", format)]);
-    let promise = |[vertex, fragment]: [&str; 2]| {
+    draws.map(|draw| {
+        let bound = if draw == FAR { colors } else { tables };
+        let groups = Array::of2(uniforms, bound);
+        let layout = device.create_pipeline_layout(&object([("bindGroupLayouts", &groups)]));
+        let [vertex, fragment] = picture::ENTRY_POINTS[draw];
         let vertex = object([("module", &module), ("entryPoint", &vertex.into())]);
         let fragment = object([
             ("module", &module),
             ("entryPoint", &fragment.into()),
             ("targets", &Array::of1(&target)),
         ]);
-        device.create_render_pipeline_async(&object([
-            ("layout", &layout),
-            ("vertex", &vertex),
-            ("fragment", &fragment),
-        ]))
-    };
-    picture::ENTRY_POINTS.into_iter().map(promise).collect()
+        object([("layout", &layout), ("vertex", &vertex), ("fragment", &fragment)])
+    })
 }

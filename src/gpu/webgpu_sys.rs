@@ -15,6 +15,8 @@ extern "C" {
     pub fn create_bind_group_layout(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createPipelineLayout)]
     pub fn create_pipeline_layout(this: &Device, descriptor: &Object) -> JsValue;
+    #[wasm_bindgen(method, js_name = createRenderPipeline)]
+    pub fn create_render_pipeline(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createRenderPipelineAsync)]
     pub fn create_render_pipeline_async(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createBuffer)]

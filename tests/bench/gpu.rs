@@ -36,13 +36,27 @@ pub fn print(rows: &Rows) -> bool {
     let renderer = Renderer::new(Options::default()).unwrap_or_else(|error| panic!("{error}"));
     let side = SIDES[usize::from(!renderer.is_software())];
     println!("\ngpu: {side} × {side} on {}", renderer.name());
-    println!("{:<14} {:<12} {:>9} {:>8} {:>7}", "picture", "view", "scale", "ms", "×quad");
+    let header = ["picture", "view", "scale", "ms", "×quad", "moving"];
+    let [picture, view, scale, ms, ratio, moving] = header;
+    println!("{picture:<14} {view:<12} {scale:>9} {ms:>8} {ratio:>7} {moving:>7}");
     let quad = quad::Quad::new(side);
     let least_quad = || (0..TIMES).map(|_| quad.seconds_per_frame(FRAMES)).fold(f64::MAX, f64::min);
+    // At rest, and while the view moves.
     let time = |scene: &Scene, camera: &Camera, size: [u32; 2]| {
         let placed = [(scene, Placement::whole(size))];
-        let seconds = || renderer.seconds_per_frame(&placed, camera, FRAMES).expect("a frame");
-        (0..TIMES).map(|_| seconds()).fold(f64::MAX, f64::min)
+        [false, true].map(|moving| {
+            let frames = || renderer.seconds_per_frame(&placed, camera, FRAMES, moving);
+            (0..TIMES).map(|_| frames().expect("a frame")).fold(f64::MAX, f64::min)
+        })
+    };
+    let row = |name: &str, what: &str, scale: f64, [rest, moving]: [f64; 2]| {
+        let plain = least_quad();
+        println!(
+            "{name:<14} {what:<12} {scale:>9.3} {:>8.3} {:>6.2}× {:>6.2}×",
+            1e3 * rest,
+            rest / plain,
+            moving / plain
+        );
     };
     for name in rows.gallery() {
         let options = EncodeOptions::default();
@@ -54,13 +68,7 @@ pub fn print(rows: &Rows) -> bool {
                 Some(scale) => camera.look_at(Point::new(at), scale),
                 None => camera.fit(),
             }
-            let (seconds, plain) = (time(&scene, &camera, image.size), least_quad());
-            println!(
-                "{name:<14} {what:<12} {:>9.3} {:>8.3} {:>6.2}×",
-                camera.scale(),
-                1e3 * seconds,
-                seconds / plain
-            );
+            row(name, what, camera.scale(), time(&scene, &camera, image.size));
         }
     }
     for scale in [0.5, 1.0, 16.0] {
@@ -69,13 +77,7 @@ pub fn print(rows: &Rows) -> bool {
             let scene = renderer.upload(&image).expect("room for the picture");
             let mut camera = Camera::new(image.size, [side; 2]);
             camera.look_at(Point::new([4003.3, 4001.7]), scale);
-            let (seconds, plain) = (time(&scene, &camera, image.size), least_quad());
-            println!(
-                "{regions:<14} {:<12} {scale:>9.3} {:>8.3} {:>6.2}×",
-                "regions",
-                1e3 * seconds,
-                seconds / plain
-            );
+            row(&regions.to_string(), "regions", scale, time(&scene, &camera, image.size));
         }
     }
     recolour(&renderer, side);
@@ -97,7 +99,7 @@ fn recolour(renderer: &Renderer, side: u32) {
             let start = std::time::Instant::now();
             renderer.set_styles(&mut scene, 0, &styles);
             let placed = [(&scene, Placement::whole(image.size))];
-            renderer.seconds_per_frame(&placed, &camera, 1).expect("a frame");
+            renderer.seconds_per_frame(&placed, &camera, 1, false).expect("a frame");
             least = least.min(start.elapsed().as_secs_f64());
         }
         println!("{RECOLOURED:<14} recolour {what:<8} {:>9.3} ms", 1e3 * least);
@@ -124,7 +126,9 @@ fn views(image: &Image) -> Vec<(&'static str, [f64; 2], Option<f64>)> {
         if region(middle, y) == region(low, y) { low = middle } else { high = middle }
     }
     let mut views = vec![("whole", solid, None), ("solid", solid, Some(64.0))];
-    views.extend([1.0, 8.0, 64.0, 1e3, 1e5].map(|scale| ("boundary", [low, y], Some(scale))));
+    views.extend(
+        [0.5, 1.0, 4.0, 16.0, 64.0, 1e3, 1e5].map(|scale| ("boundary", [low, y], Some(scale))),
+    );
     views
 }
 

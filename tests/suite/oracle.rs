@@ -129,7 +129,8 @@ fn errors(oracle: &[Oracle], drawn: &[[u8; 4]]) -> (f64, f64) {
     (10.0 * (255.0f64.powi(2) * 4.0 * oracle.len() as f64 / sum).log10(), worst)
 }
 
-fn premultiplied(color: [u8; 4]) -> [f64; 4] {
+/// A pixel as what it adds to a sum.
+pub fn premultiplied(color: [u8; 4]) -> [f64; 4] {
     let [r, g, b, a] = color.map(f64::from);
     [r * a / 255.0, g * a / 255.0, b * a / 255.0, a]
 }

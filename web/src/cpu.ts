@@ -69,7 +69,7 @@ class CpuRenderer implements Renderer {
     this.#frame.push(scene.tile);
   }
 
-  draw(camera: Camera, width: number, height: number): Promise<ImageBitmap> {
+  draw(camera: Camera, _quick: boolean, width: number, height: number): Promise<ImageBitmap> {
     const frame = ++this.#last;
     const tiles = this.#frame.splice(0);
     return new Promise((resolve, reject) => {

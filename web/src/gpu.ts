@@ -27,12 +27,11 @@ async function webgpu(): Promise<Renderer> {
     canvas.dispatchEvent(new Event('webglcontextlost'));
   });
   const format = gpu.getPreferredCanvasFormat();
-  const [plain, rest] = await Promise.all(Renderer.pipelines(device, format));
+  const pipelines = await Promise.all(Renderer.pipelines(device, format));
   const context = canvas.getContext('webgpu' as OffscreenRenderingContextId) as GPUCanvasContext | null;
-  if (!context || !plain || !rest || faults[0])
-    throw fault(faults[0] ?? 'This browser gave no WebGPU canvas.');
+  if (!context || faults[0]) throw fault(faults[0] ?? 'This browser gave no WebGPU canvas.');
   context.configure({ device, format, alphaMode: 'premultiplied' });
-  return Renderer.onDevice(canvas, context, device, plain, rest, faults);
+  return Renderer.onDevice(canvas, context, device, format, pipelines, faults);
 }
 
 function webgl2(): Renderer {

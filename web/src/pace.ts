@@ -4,7 +4,10 @@ const LATE_MS = 25;
 const REST_MS = 120;
 const COARSEST = 3;
 
-/** How finely to draw while the view moves: with fewer pixels where frames come late, with all of them once it rests. */
+/**
+ * How finely to draw while the view moves: where frames come late, first less sharply, then with fewer pixels; as well as can be
+ * once it rests.
+ */
 export class Pace {
   readonly #rest: () => void;
   #asked = 0;
@@ -36,9 +39,14 @@ export class Pace {
     return this.#step;
   }
 
+  /** The frame that is drawn now is to be quick. */
+  get isQuick(): boolean {
+    return this.#late > 0;
+  }
+
   /** It is on the screen. */
   drawn(): void {
     this.#done = performance.now();
-    if (this.#step > 1) this.#timer = setTimeout(this.#rest, REST_MS + 1);
+    if (this.isQuick) this.#timer = setTimeout(this.#rest, REST_MS + 1);
   }
 }

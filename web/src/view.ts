@@ -313,7 +313,7 @@ export class View {
         this.styles.apply(loaded, scene, renderer, this.#ratio / step);
         renderer.place(scene, tile);
       }
-      later = renderer.draw(eye, size.width, size.height) ?? undefined;
+      later = renderer.draw(eye, this.#pace.isQuick, size.width, size.height) ?? undefined;
       frame = { shown, size, step, width, height };
       shown.complete = complete && step === 1;
     } catch (cause) {
