@@ -6,7 +6,7 @@ use super::far::{self, Far, Use};
 use super::patches::Patches;
 use crate::camera::Camera;
 use crate::model::Image;
-use crate::placement::{Placement, SceneView};
+use crate::placement::{MAX_SAMPLES, Placement, SceneView};
 use crate::style::Reach;
 
 /// Where a back end's fragment positions have their origin.
@@ -37,6 +37,9 @@ pub struct Target {
     /// Its alpha.
     pub alpha: Alpha,
 }
+
+/// An edge that is not in sight, in pixels of the viewport.
+const FAR_AWAY: f32 = 1e9;
 
 /// The number of the draw that paints what is far away: it reads a level's colours, where others read a scene's
 /// tables.
@@ -114,7 +117,7 @@ impl Layer {
         });
         let (far, first) = match level {
             None | Some((_, Use::Without)) => (None, Vec::new()),
-            Some((level, Use::Make)) => (Some(level), Self::levels(image)),
+            Some((level, Use::Make)) => (Some(level), Self::levels(image, uniforms)),
             Some((level, Use::Draw)) => (Some(level), Vec::new()),
         };
         let is_styled = styles.patterns || uniforms.reach > 0.0;
@@ -122,19 +125,28 @@ impl Layer {
     }
 
     /// What makes the levels of a scene's colours, each in a target of its own: the first of the scene, and each
-    /// other of the one before.
-    fn levels(image: &Image) -> Vec<Self> {
-        let levels = far::levels(image.size).enumerate().filter_map(|(i, (log2, size))| {
-            let whole = size.map(|n| n << log2);
-            let mut camera = Camera::new(whole, size);
-            camera.look_at(camera.center(), 1.0 / f64::from(1u32 << log2));
-            let view = Placement::whole(whole).seen(&camera, true)?;
-            // Of textures the first row is the upper one with every back end.
-            let target = Target { height: 0, origin: Origin::TopLeft, alpha: Alpha::Premultiplied };
-            let mut uniforms = ViewUniforms::new(&view, image.block_log2, target, true);
-            uniforms.last = image.size.map(|n| n as i32 - 1);
-            uniforms.texel = (1u32 << log2) as f32 / 2.0;
-            Some(Layer {
+    /// other of the one before. Beside what is here they are as the frame that asks for them.
+    fn levels(image: &Image, frame: ViewUniforms) -> Vec<Self> {
+        let levels = far::levels(image.size).enumerate().map(|(i, (log2, size))| {
+            let width = (1u32 << log2) as f32;
+            let samples = (1 << log2).min(MAX_SAMPLES);
+            let uniforms = ViewUniforms {
+                edges: [-FAR_AWAY, -FAR_AWAY, FAR_AWAY, FAR_AWAY],
+                anchor: [0; 2],
+                offset: [0.0; 2],
+                last: image.size.map(|n| n as i32 - 1),
+                middle: [0.0; 2],
+                // Of textures the first row is the upper one with every back end.
+                y_axis: [1.0, 0.0],
+                pixel: width,
+                sub_pixel: width / samples as f32,
+                samples,
+                flags: ViewUniforms::ANTIALIAS,
+                reach: 0.0,
+                texel: 0.5 * width,
+                ..frame
+            };
+            Layer {
                 uniforms,
                 close: None,
                 far: i.checked_sub(1),
@@ -142,7 +154,7 @@ impl Layer {
                 is_styled: false,
                 patches: Patches::ONE,
                 own: [[0; 2], size],
-            })
+            }
         });
         levels.collect()
     }
