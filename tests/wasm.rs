@@ -274,28 +274,36 @@ async fn a_lost_device_is_an_error() {
 
 /// Takes a GPU as the viewer does: web/src/gpu.ts. A device stays in the page as `device`.
 async fn renderer_on(backend: &str) -> Renderer {
-    let canvas = OffscreenCanvas::new(1, 1).unwrap();
-    let context = canvas.get_context(backend).unwrap().unwrap();
     if backend == "webgl2" {
+        let canvas = OffscreenCanvas::new(1, 1).unwrap();
+        let context = "return this.getContext('webgl2', { antialias: false, depth: false });";
+        let context = js_sys::Function::new_no_args(context).call0(&canvas).unwrap();
         return Renderer::on_context(canvas, context.unchecked_into()).unwrap();
     }
-    let device = "const adapter = await navigator.gpu.requestAdapter();
+    let taken = "const adapter = await navigator.gpu.requestAdapter();
         globalThis.device = await adapter.requestDevice();
-        globalThis.faults = [];
+        const faults = [];
         device.lost.then(() => faults.push('lost'));
-        return device;";
-    let device = wait(device).await;
-    let faults: Array = wait("return faults;").await.unchecked_into();
-    let format = wait("return navigator.gpu.getPreferredCanvasFormat();").await;
+        const format = navigator.gpu.getPreferredCanvasFormat();
+        const canvas = new OffscreenCanvas(1, 1);
+        const context = canvas.getContext('webgpu');
+        context.configure({ device, format, alphaMode: 'premultiplied' });
+        return [canvas, context, device, faults, format];";
+    let taken: Array = wait(taken).await.unchecked_into();
+    let [canvas, context, device, faults, format] = [0, 1, 2, 3, 4].map(|i| taken.get(i));
     let mut pipelines = [const { JsValue::UNDEFINED }; 2];
     for (pipeline, promise) in
         pipelines.iter_mut().zip(Renderer::pipelines(device.clone(), &format))
     {
         *pipeline = JsFuture::from(Promise::from(promise)).await.unwrap();
     }
-    let configure = "this.configure({ device, format: navigator.gpu.getPreferredCanvasFormat(), alphaMode: 'premultiplied' })";
-    js_sys::Function::new_no_args(configure).call0(&context).unwrap();
-    Renderer::on_device(canvas, context.into(), device, pipelines, faults)
+    Renderer::on_device(
+        canvas.unchecked_into(),
+        context,
+        device,
+        pipelines,
+        faults.unchecked_into(),
+    )
 }
 
 /// What a script of the page brings.

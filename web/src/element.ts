@@ -1,3 +1,5 @@
+import { Box } from './box.js';
+import type { Controls } from './controls.js';
 import { make, sheetOf } from './dom.js';
 import css from './element.css';
 import {
@@ -10,19 +12,36 @@ import {
 } from './engine.js';
 import { viewerError } from './errors.js';
 import { Frames } from './frames.js';
-import { listenForGestures } from './gestures.js';
+import { type Finger, listenForGestures } from './gestures.js';
 import { Hash } from './hash.js';
+import type { Host } from './host.js';
 import { Hover } from './hover.js';
 import { listenForKeys } from './keyboard.js';
 import { Message } from './message.js';
+import { Paper } from './paper.js';
 import { FetchSource } from './source.js';
 import { Status } from './status.js';
 import type { Style, StyleSheet } from './styles.js';
 import { View } from './view.js';
+import type { Walk } from './walk.js';
 import { listenForWheel } from './wheel.js';
+import { say, setWords, type Words, wordsNow } from './words.js';
 
 // A server that renders pages imports this too, and has no HTMLElement.
 const Base = globalThis.HTMLElement ?? (class {} as typeof HTMLElement);
+
+/** Attributes that ask for something beside the picture, and those that say how it is. */
+const BESIDE = ['controls', 'navigator', 'scalebar', 'unit', 'unit-per-pixel'];
+
+/** What `toBlob` makes of the view. Without a size, what is on the screen; with one side alone the other follows. */
+export interface PictureOptions {
+  /** Pixels. */
+  width?: number;
+  height?: number;
+  /** `image/png`, or `image/jpeg` or `image/webp`, which have a quality of 0 to 1. */
+  type?: string;
+  quality?: number;
+}
 
 /** One sheet for all figures. */
 let sheet: CSSStyleSheet | undefined;
@@ -35,7 +54,16 @@ let sheet: CSSStyleSheet | undefined;
  * source pixel.
  */
 export class IStarViewer extends Base {
-  static readonly observedAttributes = ['src', 'alt', 'backend', 'hash'];
+  static readonly observedAttributes = ['src', 'alt', 'backend', 'hash', ...BESIDE];
+
+  /** What viewers of the page say, in its language, by the English text. To be set before they show a picture. */
+  static get words(): Words {
+    return wordsNow();
+  }
+
+  static set words(words: Words) {
+    setWords(words);
+  }
 
   #view!: View;
   #stage!: HTMLElement;
@@ -45,6 +73,11 @@ export class IStarViewer extends Base {
   #message!: Message;
   #hover!: Hover;
   #hash: Hash;
+  readonly #host: Host;
+  #walk: Promise<Walk | undefined> | undefined;
+  #beside: Promise<Controls | undefined> | undefined;
+  readonly #paper: Paper;
+  readonly #box = new Box();
   #loading: AbortController | undefined;
   #open = false;
   #backend: Backend | undefined;
@@ -70,10 +103,10 @@ export class IStarViewer extends Base {
       },
     );
     this.#fallback = make('slot', '');
-    this.#stage = make('div', 'stage', this.#view.canvas);
+    this.#paper = new Paper(this.#view);
+    this.#stage = make('div', 'stage', this.#view.canvas, this.#box.root);
     this.#stage.tabIndex = 0;
     this.#stage.role = 'application';
-    this.#stage.ariaRoleDescription = 'zoomable picture';
     this.#status = new Status();
     this.#message = new Message(() => {
       // The button is about to go, and would take the focus with it.
@@ -84,6 +117,17 @@ export class IStarViewer extends Base {
     sheet ??= sheetOf(css);
     root.adoptedStyleSheets = [sheet];
     root.append(this.#fallback, this.#stage, this.#status.root, this.#message.root);
+    this.#host = {
+      element: this,
+      root,
+      stage: this.#stage,
+      view: this.#view,
+      say,
+      still: () => this.#frames.stop(),
+      named: (region) => this.regionName(region),
+      emit: (event, region) => this.#emit(event, this.#named(region)),
+      mark: (region, name) => this.#mark(region, name),
+    };
     this.#listen();
   }
 
@@ -165,11 +209,16 @@ export class IStarViewer extends Base {
     this.#view.redraw();
   }
 
-  /** The current view as a PNG. */
-  async toBlob(): Promise<Blob> {
+  /** The current view as a picture, a PNG unless asked otherwise. */
+  async toBlob(options: PictureOptions = {}): Promise<Blob> {
     await this.painted;
+    let { canvas } = this.#view;
+    // What makes it in any size is fetched only then.
+    if (options.width || options.height)
+      canvas = await (await import('./export.js')).pictureOf(this.#view, options);
     return new Promise((resolve, reject) => {
-      this.#view.canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('The view is empty.'))));
+      const give = (blob: Blob | null) => (blob ? resolve(blob) : reject(new Error('The view is empty.')));
+      canvas.toBlob(give, options.type, options.quality);
     });
   }
 
@@ -178,6 +227,7 @@ export class IStarViewer extends Base {
     this.#open = true;
     this.#label();
     this.#hash.follow(this.getAttribute('hash'));
+    this.#paper.watch(true);
     this.#load();
   }
 
@@ -190,6 +240,7 @@ export class IStarViewer extends Base {
       this.#frames.stop();
       this.#view.watch(false);
       this.#hash.follow(null);
+      this.#paper.watch(false);
       this.#close();
     });
   }
@@ -197,6 +248,7 @@ export class IStarViewer extends Base {
   attributeChangedCallback(name: string, before: string | null, now: string | null): void {
     if (!this.#open || before === now) return;
     if (name === 'alt') this.#label();
+    else if (BESIDE.includes(name)) this.#updateBeside();
     else if (name === 'hash') {
       this.#hash.follow(now);
       this.#hash.read();
@@ -252,6 +304,8 @@ export class IStarViewer extends Base {
     this.#shown = false;
     this.#lost = 'no';
     this.#hover.update(() => undefined);
+    this.#walk?.then((walk) => walk?.end());
+    this.#updateBeside();
   }
 
   #fail(cause: unknown, renderer = this.#view.renderer): void {
@@ -311,6 +365,7 @@ export class IStarViewer extends Base {
       this.#fallback.toggleAttribute('data-covered', true);
       this.#emit('load', undefined);
     }
+    this.#updateBeside();
     const { text } = this.#view;
     if (text === this.#sent) return;
     this.#sent = text;
@@ -325,6 +380,7 @@ export class IStarViewer extends Base {
       zoom: (factor: number, x: number, y: number) => view.zoom(factor, x, y),
       grab: () => this.#frames.stop(),
       animate: (step: (seconds: number) => boolean) => this.#frames.run(step),
+      box: (from: Finger, to: Finger, over: boolean) => this.#spanBox(from, to, over),
       tap: (event: PointerEvent) => {
         const region = this.pick(event.clientX, event.clientY);
         if (region !== undefined) this.#emit('regionclick', this.#named(region));
@@ -336,6 +392,7 @@ export class IStarViewer extends Base {
       pan: (dx, dy) => this.#still(() => view.pan(dx, dy)),
       zoomBy: (factor) => this.#still(() => view.zoomAboutMiddle(factor)),
       fit: () => this.fit(),
+      walk: () => this.#startWalk(),
     });
     this.#hover = new Hover(
       this.#stage,
@@ -348,9 +405,51 @@ export class IStarViewer extends Base {
           view.redraw();
         }
         if (region === undefined) this.#status.region(undefined);
-        else this.#status.region(this.regionName(region) ?? `region ${region}`, view.regionColor(region));
+        else
+          this.#status.region(
+            this.regionName(region) ?? say('region {number}', { number: region }),
+            view.regionColor(region),
+          );
       },
     );
+  }
+
+  #spanBox(from: Finger, to: Finger, over: boolean): void {
+    const [left, top] = [Math.min(from.x, to.x), Math.min(from.y, to.y)];
+    const [width, height] = [Math.abs(to.x - from.x), Math.abs(to.y - from.y)];
+    if (!over) this.#box.show(left, top, width, height);
+    else {
+      this.#box.hide();
+      // One without extent has been given up.
+      if (width > 0 && height > 0) this.#view.zoomInto(left, top, width, height);
+    }
+  }
+
+  async #startWalk(): Promise<void> {
+    // Fetched only where somebody walks; without it the other keys do.
+    this.#walk ??= import('./walk.js').then(({ Walk }) => new Walk(this.#host)).catch(missing);
+    (await this.#walk)?.start();
+  }
+
+  /** Brings what is beside the picture up to date; it is fetched only where an attribute asks for it. */
+  async #updateBeside(): Promise<void> {
+    if (this.#shown && BESIDE.some((name) => this.hasAttribute(name)))
+      this.#beside ??= import('./controls.js')
+        .then(({ Controls }) => new Controls(this.#host))
+        .catch(missing);
+    (await this.#beside)?.update();
+  }
+
+  #mark(region: number | undefined, name: string | undefined): void {
+    const view = this.#view;
+    // In forced colours the user's own.
+    const color = matchMedia('(forced-colors: active)').matches
+      ? 'Highlight'
+      : getComputedStyle(this).getPropertyValue('--istar-accent');
+    // Not an outline, which costs a frame several times as much.
+    view.styles.mark(region, { highlight: true, pattern: { motif: 'rising', color } });
+    view.redraw();
+    this.#status.region(name, region === undefined ? 0 : view.regionColor(region));
   }
 
   #named(region: number): { region: number; name: string | undefined } {
@@ -365,12 +464,21 @@ export class IStarViewer extends Base {
 
   #label(): void {
     const alt = this.getAttribute('alt') ?? this.querySelector('img')?.alt;
-    this.#stage.ariaLabel = alt || 'Picture';
+    this.#stage.ariaLabel = alt || say('Picture');
+    this.#stage.ariaRoleDescription = say('zoomable picture');
+    this.#stage.ariaDescription = say(
+      'Arrows move the view, plus and minus zoom, 0 shows all. Enter walks from region to region by arrows, Escape ends that.',
+    );
   }
 
   #emit(name: string, detail: unknown): void {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
+}
+
+/** A module that is not there leaves the viewer without what it does. */
+function missing(cause: unknown): undefined {
+  console.warn(cause);
 }
 
 if (globalThis.customElements && !customElements.get('istar-viewer')) {

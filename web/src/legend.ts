@@ -3,6 +3,7 @@ import { make, sheetOf } from './dom.js';
 import type { IStarViewer } from './element.js';
 import css from './legend.css';
 import type { Style } from './styles.js';
+import { say, setWords } from './words.js';
 
 // A server that renders pages imports this too, and has no HTMLElement.
 const Base = globalThis.HTMLElement ?? (class {} as typeof HTMLElement);
@@ -34,8 +35,6 @@ export class IStarLegend extends Base {
   constructor() {
     super();
     this.#search.type = 'search';
-    this.#search.placeholder = 'Search';
-    this.#search.ariaLabel = 'Search names';
     this.#search.addEventListener('input', () => this.#filter());
     const root = this.attachShadow({ mode: 'open' });
     root.adoptedStyleSheets = [sheetOf(css)];
@@ -56,7 +55,10 @@ export class IStarLegend extends Base {
     const name = ({ detail }: Event & { detail?: { name?: string } }) => detail?.name;
     const load = async () => {
       const names = await viewer.names;
-      if (!signal.aborted) this.#show(names);
+      if (signal.aborted) return;
+      // They are the viewer's, whose module has them for itself.
+      setWords((customElements.get('istar-viewer') as typeof IStarViewer).words);
+      this.#show(names);
     };
     viewer.addEventListener('load', load, { signal });
     viewer.addEventListener('regionenter', (event) => this.#mark(name(event as CustomEvent), true), {
@@ -81,6 +83,8 @@ export class IStarLegend extends Base {
     this.#rows = [];
     this.#list.replaceChildren();
     this.#search.value = '';
+    this.#search.placeholder = say('Search');
+    this.#search.ariaLabel = say('Search names');
     this.#search.hidden = names.size <= AT_A_GLANCE;
     this.hidden = names.size === 0;
     const order = new Intl.Collator(undefined, { numeric: true }).compare;
@@ -97,7 +101,7 @@ export class IStarLegend extends Base {
     const swatch = make('input', '');
     swatch.type = 'color';
     swatch.value = set?.color ?? color.slice(0, 7);
-    swatch.ariaLabel = `Colour of ${name}`;
+    swatch.ariaLabel = say('Colour of {name}', { name });
     swatch.addEventListener('input', () => this.#style(color, { color: swatch.value }));
     const label = make('label', '', shown, name);
     const item = make('li', '', swatch, label);

@@ -60,10 +60,17 @@ export class Styles {
   readonly #regions = new Map<number, Prepared>();
   /** The region that is highlighted beside what styles say. */
   #lit: number | undefined;
+  /** A region that has a style before all that is said. */
+  #marked: number | undefined;
+  #mark: Prepared | undefined;
   /** Grows with each change. */
   #version = 0;
   /** What changed in the last versions; undefined for more than few regions. */
   #changes: (number[] | undefined)[] = [];
+
+  get version(): number {
+    return this.#version;
+  }
 
   get sheet(): StyleSheet {
     return structuredClone(this.#sheet);
@@ -99,6 +106,14 @@ export class Styles {
   light(region: number | undefined): void {
     const changed = [this.#lit, region].filter((one) => one !== undefined);
     this.#lit = region;
+    this.#changed(changed);
+  }
+
+  /** Gives one region in place of the last a style before all that is said. */
+  mark(region: number | undefined, style: Style): void {
+    const changed = [this.#marked, region].filter((one) => one !== undefined);
+    this.#marked = region;
+    this.#mark = prepared(style);
     this.#changed(changed);
   }
 
@@ -147,7 +162,8 @@ export class Styles {
 
   /** Writes a region's record: see Style in src/style.rs. */
   #write(words: Uint32Array, at: number, region: number, own: number, ratio: number): void {
-    const layers = [this.#regions.get(region), this.#colors.get(own), this.#all];
+    const mark = region === this.#marked ? this.#mark : undefined;
+    const layers = [mark, this.#regions.get(region), this.#colors.get(own), this.#all];
     const first = <T>(value: (style: Prepared) => T | undefined): T | undefined => {
       for (const layer of layers) {
         const found = layer && value(layer);

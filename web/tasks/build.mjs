@@ -97,10 +97,15 @@ export async function bundle() {
     'istar-labels.js',
     'istar-cpu.js',
     'istar-names.js',
+    'istar-walk.js',
+    'istar-controls.js',
+    'istar-export.js',
   ]);
   await bundled('web/src/fitting.ts', 'istar-labels.js', ['istar-fitter.js']);
   await bundled('web/src/fitter.ts', 'istar-fitter.js', ['istar_encoder_bg.wasm']);
   await bundled('web/src/names.ts', 'istar-names.js', []);
+  for (const name of ['walk', 'controls', 'export'])
+    await bundled(`web/src/${name}.ts`, `istar-${name}.js`, []);
   await bundled('web/src/legend.ts', 'istar-legend.js', []);
   await bundled('web/src/cpu.ts', 'istar-cpu.js', ['istar-painter.js']);
   await bundled('web/src/painter.ts', 'istar-painter.js', ['istar_encoder_bg.wasm']);
@@ -121,8 +126,15 @@ async function bundled(entry, name, fetched) {
   const fetchedModule = {
     name: 'module-fetched-when-used',
     setup(on) {
-      const files = { cpu: 'cpu', fitting: 'labels', names: 'names' };
-      on.onResolve({ filter: /^\.\/(cpu|fitting|names)\.js$/ }, ({ path }) => {
+      const files = {
+        cpu: 'cpu',
+        fitting: 'labels',
+        names: 'names',
+        walk: 'walk',
+        controls: 'controls',
+        export: 'export',
+      };
+      on.onResolve({ filter: /^\.\/(cpu|fitting|names|walk|controls|export)\.js$/ }, ({ path }) => {
         return { path: `./istar-${files[path.slice(2, -3)]}.js`, external: true };
       });
     },
