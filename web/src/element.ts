@@ -19,7 +19,7 @@ import { Hover } from './hover.js';
 import { listenForKeys } from './keyboard.js';
 import { Message } from './message.js';
 import { Paper } from './paper.js';
-import { FetchSource } from './source.js';
+import { sharedSource } from './shared.js';
 import { Status } from './status.js';
 import type { Style, StyleSheet } from './styles.js';
 import { View } from './view.js';
@@ -271,7 +271,7 @@ export class IStarViewer extends Base {
       // The renderer starts while the file is on its way. Its error is heard below, also when the file fails first.
       const renderer = sharedRenderer(chosenBackend(this.getAttribute('backend')));
       renderer.catch(() => {});
-      const source = new FetchSource(this.src, (progress) => {
+      const source = sharedSource(this.src, loading.signal, (progress) => {
         if (loading.signal.aborted || this.#shown) return;
         this.#message.loading(progress);
         this.#emit('progress', progress);
@@ -363,6 +363,8 @@ export class IStarViewer extends Base {
       this.#status.root.hidden = false;
       this.#message.clear();
       this.#fallback.toggleAttribute('data-covered', true);
+      if (!this.#alt)
+        console.warn(`istar-viewer: ${this.src} has no alt: say what it shows, for those who do not see it.`);
       this.#emit('load', undefined);
     }
     this.#updateBeside();
@@ -462,9 +464,12 @@ export class IStarViewer extends Base {
     move();
   }
 
+  get #alt(): string {
+    return this.getAttribute('alt') ?? this.querySelector('img')?.alt ?? '';
+  }
+
   #label(): void {
-    const alt = this.getAttribute('alt') ?? this.querySelector('img')?.alt;
-    this.#stage.ariaLabel = alt || say('Picture');
+    this.#stage.ariaLabel = this.#alt || say('Picture');
     this.#stage.ariaRoleDescription = say('zoomable picture');
     this.#stage.ariaDescription = say(
       'Arrows move the view, plus and minus zoom, 0 shows all. Enter walks from region to region by arrows, Escape ends that.',
