@@ -19,7 +19,7 @@ import {
 } from './project.mjs';
 import { shortenNames } from './shorten.mjs';
 
-const PAGES = ['index.html', 'view.html', 'page.css', 'view.js'];
+const PAGES = ['index.html', 'view.html', 'page.css', 'view.js', 'istar-offline.js'];
 
 export async function build() {
   await buildWith(cli, ['--release', '--features', 'cli']);
