@@ -11,9 +11,9 @@ export async function takeGpu(choice: 'auto' | 'webgpu' | 'webgl2'): Promise<Ren
 async function webgpu(): Promise<Renderer> {
   // Not every browser has it.
   const gpu = navigator.gpu as GPU | undefined;
-  if (!gpu) throw fault('This browser has no WebGPU.');
+  if (!gpu) throw fault('this browser has no WebGPU');
   const adapter = await gpu.requestAdapter();
-  if (!adapter) throw fault('This browser has WebGPU, but no GPU for it.');
+  if (!adapter) throw fault('this browser has WebGPU but no GPU for it');
   const device = await adapter.requestDevice();
   const canvas = new OffscreenCanvas(1, 1);
   const faults: string[] = [];
@@ -30,7 +30,7 @@ async function webgpu(): Promise<Renderer> {
   const [plain, rest] = await Promise.all(Renderer.pipelines(device, format));
   const context = canvas.getContext('webgpu' as OffscreenRenderingContextId) as GPUCanvasContext | null;
   if (!context || !plain || !rest || faults[0])
-    throw fault(faults[0] ?? 'This browser gave no WebGPU canvas.');
+    throw fault(faults[0] ?? 'this browser gave no WebGPU canvas');
   context.configure({ device, format, alphaMode: 'premultiplied' });
   return Renderer.onDevice(canvas, context, device, plain, rest, faults);
 }
@@ -38,7 +38,7 @@ async function webgpu(): Promise<Renderer> {
 function webgl2(): Renderer {
   const canvas = new OffscreenCanvas(1, 1);
   const gl = canvas.getContext('webgl2', { antialias: false, depth: false });
-  if (!gl) throw fault('This browser has no WebGL2.');
+  if (!gl) throw fault('this browser has no WebGL2');
   return Renderer.onContext(canvas, gl);
 }
 
