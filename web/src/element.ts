@@ -1,14 +1,9 @@
+import { type Backend, chosenBackend } from './backend.js';
 import { make, sheetOf } from './dom.js';
 import css from './element.css';
-import {
-  type Backend,
-  chosenBackend,
-  dropRenderer,
-  openFile,
-  type Renderer,
-  sharedRenderer,
-} from './engine.js';
+import { dropRenderer, openFile, type Renderer, sharedRenderer } from './engine.js';
 import { viewerError } from './errors.js';
+import type { NamedRegion, ViewerElement, ViewerEvents } from './events.js';
 import { Frames } from './frames.js';
 import { listenForGestures } from './gestures.js';
 import { Hash } from './hash.js';
@@ -17,22 +12,42 @@ import { listenForKeys } from './keyboard.js';
 import { Message } from './message.js';
 import { FetchSource } from './source.js';
 import { Status } from './status.js';
-import type { Style, StyleSheet } from './styles.js';
+import type { Style, StyleSheet } from './style.js';
 import { View } from './view.js';
 import { listenForWheel } from './wheel.js';
 
 // A server that renders pages imports this too, and has no HTMLElement.
-const Base = globalThis.HTMLElement ?? (class {} as typeof HTMLElement);
+const Base = (globalThis.HTMLElement ?? class {}) as new () => ViewerElement;
 
 /** One sheet for all figures. */
 let sheet: CSSStyleSheet | undefined;
 
 /**
  * `<istar-viewer src="map.istar" alt="…">`: shows a picture to pan and zoom. An `<img>` inside stands in until the first frame.
+ * Coordinates are source pixels, y downwards; scale is CSS pixels per source pixel.
  *
- * Events: `load` (the first frame is painted), `progress` {loaded, total}, `error` {kind, message}, `viewchange` {x, y, scale},
- * `regionenter`, `regionleave`, `regionclick` {region, name}. Coordinates are source pixels, y downwards; scale is CSS pixels per
- * source pixel.
+ * @tag istar-viewer
+ *
+ * @attr {string} src - where the picture is
+ * @attr {string} alt - what the picture shows, in words
+ * @attr {boolean} interactive - the region under the pointer is highlighted
+ * @attr {string} hash - the view is kept in the page's address, as `#view=x,y,scale` or under the name that is given
+ * @attr {'webgpu' | 'webgl2' | 'cpu'} backend - what draws; else the first that works
+ *
+ * @fires {CustomEvent} load - the first frame is painted
+ * @fires {CustomEvent} progress - bytes have come: `loaded`, and `total` where it is known
+ * @fires {CustomEvent} error - there is no picture: `kind` and `message` say why
+ * @fires {CustomEvent} viewchange - another view is painted: `x`, `y`, `scale`
+ * @fires {CustomEvent} regionenter - the pointer is on a region: `region`, and `name` where the file has one
+ * @fires {CustomEvent} regionleave - the pointer has left a region
+ * @fires {CustomEvent} regionclick - a region was clicked or tapped
+ *
+ * @slot - what stands in until the picture is there, and where scripts do not run: an `<img>`
+ *
+ * @cssprop --istar-ink - text
+ * @cssprop --istar-paper - what lies under text
+ * @cssprop --istar-line - thin lines
+ * @cssprop --istar-accent - what can be pressed, and progress
  */
 export class IStarViewer extends Base {
   static readonly observedAttributes = ['src', 'alt', 'backend', 'hash'];
@@ -353,7 +368,7 @@ export class IStarViewer extends Base {
     );
   }
 
-  #named(region: number): { region: number; name: string | undefined } {
+  #named(region: number): NamedRegion {
     return { region, name: this.regionName(region) };
   }
 
@@ -368,11 +383,13 @@ export class IStarViewer extends Base {
     this.#stage.ariaLabel = alt || 'Picture';
   }
 
-  #emit(name: string, detail: unknown): void {
+  #emit<Name extends keyof ViewerEvents>(name: Name, detail: ViewerEvents[Name]['detail']): void {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 }
 
-if (globalThis.customElements && !customElements.get('istar-viewer')) {
-  customElements.define('istar-viewer', IStarViewer);
+declare global {
+  interface HTMLElementTagNameMap {
+    'istar-viewer': IStarViewer;
+  }
 }
