@@ -44,18 +44,21 @@ const steps = {
         CARGO_PROFILE_DEV_OPT_LEVEL: '1',
       },
     ),
-  browser: () => {
-    const folder = at('tests', 'browser');
-    const files = readdirSync(folder).filter((name) => name.endsWith('.test.mjs'));
-    // One file at a time: software rendering keeps every core busy.
-    run('node', [
-      '--test',
-      '--test-concurrency=1',
-      '--test-reporter=spec',
-      ...files.map((name) => `${folder}/${name}`),
-    ]);
-  },
+  browser: () => nodeTests('browser'),
+  package: () => nodeTests('package'),
 };
+
+function nodeTests(name) {
+  const folder = at('tests', name);
+  const files = readdirSync(folder).filter((name) => name.endsWith('.test.mjs'));
+  // One file at a time: software rendering keeps every core busy.
+  run('node', [
+    '--test',
+    '--test-concurrency=1',
+    '--test-reporter=spec',
+    ...files.map((name) => `${folder}/${name}`),
+  ]);
+}
 
 await main(import.meta.url, async () => {
   const wanted = process.argv.slice(2);
