@@ -1,47 +1,69 @@
 // What the tests of the package share: the packed tarball in a project of its own, and a server that knows policies.
 import { execFileSync } from 'node:child_process';
 import { copyFileSync, existsSync, mkdirSync, readFileSync } from 'node:fs';
-import { extname, join, normalize } from 'node:path';
+import { basename, extname, join, normalize } from 'node:path';
 import { at, whenChanged } from '../../web/tasks/project.mjs';
 
 /** The project: what the fixtures build with, and the package. */
 export const project = at('target', 'package');
 
-const npm = (...words) =>
-  execFileSync('npm', words, { cwd: project, encoding: 'utf8', stdio: ['ignore', 'pipe', 'inherit'] });
+function npm(folder, ...words) {
+  mkdirSync(folder, { recursive: true });
+  return execFileSync('npm', words, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'inherit'] });
+}
 
 /** Packs the package as it would be published: what npm tells of it. */
-export function packed() {
-  mkdirSync(project, { recursive: true });
-  const words = ['pack', at(), '--json', '--pack-destination', project];
-  const said = JSON.parse(npm(...words));
+export function packed(folder = project) {
+  const said = JSON.parse(npm(folder, 'pack', at(), '--json', '--pack-destination', folder));
   // Newer npm answers by the package's name.
   return Array.isArray(said) ? said[0] : said.istar;
 }
 
-/** Makes the project, and installs the packed package there, unless it is all there. */
-export function install() {
-  const { filename } = packed();
-  const inputs = ['package.json', 'package-lock.json'].map((name) =>
-    at('tests', 'package', 'fixtures', name),
+/** Makes a project of what package.json and its lock file in `from` say, and installs the packed package there; unless it is all there. */
+export function install(folder = project, from = at('tests', 'package', 'fixtures')) {
+  const { filename } = packed(folder);
+  const inputs = ['package.json', 'package-lock.json'].map((name) => join(from, name));
+  for (const path of [...inputs, at('.npmrc')]) copyFileSync(path, join(folder, basename(path)));
+  whenChanged(join(folder, 'node_modules', '.package-lock.json'), inputs, () =>
+    npm(folder, 'ci', '--silent'),
   );
-  for (const path of [...inputs, at('.npmrc')]) copyFileSync(path, join(project, path.split('/').at(-1)));
-  whenChanged(join(project, 'node_modules', '.package-lock.json'), inputs, () => npm('ci', '--silent'));
-  const tarball = join(project, filename);
-  whenChanged(join(project, 'node_modules', 'istar', 'package.json'), [tarball, ...inputs], () =>
-    npm('install', '--silent', '--no-save', '--prefer-offline', tarball),
+  const tarball = join(folder, filename);
+  whenChanged(join(folder, 'node_modules', 'istar', 'package.json'), [tarball, ...inputs], () =>
+    npm(folder, 'install', '--silent', '--no-save', '--prefer-offline', tarball),
   );
+}
+
+/** The code blocks under a heading of a page of ours: language, the name of the file that each is, if it is one, and text. */
+function blocks(page, heading) {
+  const found = [];
+  let inSection = false;
+  let block;
+  for (const line of readFileSync(at(page), 'utf8').split('\n')) {
+    const [, language, name] = line.match(/^```(\w+)(?: title="(.+)")?$/) ?? [];
+    // Code may have lines that look like headings.
+    if (line === '```') block = undefined;
+    else if (block) block.text += `${line}\n`;
+    else if (line.startsWith('#')) inSection = line.replace(/^#+ /, '') === heading;
+    else if (language) {
+      block = { language, name, text: '' };
+      if (inSection) found.push(block);
+    }
+  }
+  if (found.length === 0) throw new Error(`${page} has no code under “${heading}”.`);
+  return found;
 }
 
 /** The code under a heading of a page of ours: the texts of its blocks in some language. */
 export function code(page, heading, language) {
-  const text = readFileSync(at(page), 'utf8');
-  const sections = text.split(/^#+ /m).slice(1);
-  const section = sections.find((section) => section.startsWith(`${heading}\n`));
-  if (!section) throw new Error(`${page} has no heading “${heading}”.`);
-  return [...section.matchAll(/^```(\w+)\n([\s\S]*?)^```/gm)]
-    .filter(([, found]) => found === language)
-    .map(([, , block]) => block);
+  return blocks(page, heading)
+    .filter((block) => block.language === language)
+    .map(({ text }) => text);
+}
+
+/** The files that blocks under a heading are: their texts by their names. */
+export function filesOf(page, heading) {
+  const named = blocks(page, heading).filter(({ name }) => name);
+  return Object.fromEntries(named.map(({ name, text }) => [name, text]));
 }
 
 const TYPES = {

@@ -100,6 +100,11 @@ export class IStarViewer extends Base {
     root.adoptedStyleSheets = [sheet];
     root.append(this.#fallback, this.#stage, this.#status.root, this.#message.root);
     this.#listen();
+    // What a page said before the element was defined lies over its properties.
+    for (const [name, value] of Object.entries(this)) {
+      Reflect.deleteProperty(this, name);
+      if (value !== undefined) Reflect.set(this, name, value);
+    }
   }
 
   get src(): string {
