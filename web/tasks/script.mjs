@@ -10,7 +10,7 @@ const FETCHED = {
 };
 
 /** What the viewer's script fetches, some of it only when used. */
-export const VIEWER_FETCHES = ['istar_bg.wasm', 'istar-labels.js', 'istar-cpu.js', 'istar-names.js'];
+export const VIEWER_FETCHES = ['istar_bg.wasm', ...Object.values(FETCHED).map((path) => path.slice(2))];
 
 /** A script in dist, which names each of the files that it fetches once. */
 export async function bundled(entry, name, fetched, options) {
