@@ -127,7 +127,7 @@ test('what a page said before the script came counts', async () => {
   const styles = await page.evaluate(() =>
     [...document.querySelectorAll('istar-viewer')].map((v) => v.styles.all),
   );
-  assert.deepEqual(styles, [{ opacity: 0.5 }, undefined, undefined]);
+  assert.deepEqual(styles, [{ opacity: 0.5 }, {}, {}]);
   await close();
 });
 
