@@ -236,7 +236,7 @@ for (const [heading, site] of Object.entries(SITES)) {
     await harness.event(page, 'load');
     const found = await site.search(page);
     await found.click();
-    await page.getByText(TEXT).first().waitFor();
+    await page.getByText(TEXT).filter({ visible: true }).first().waitFor();
     assert.deepEqual(uncaught, []);
     await close();
   });
