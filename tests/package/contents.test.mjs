@@ -7,7 +7,7 @@ import { before, test } from 'node:test';
 import { at } from '../../web/tasks/project.mjs';
 import { install, packed, project } from './installed.mjs';
 
-before(install);
+before(() => install());
 
 const FILES = [
   'CHANGELOG.md',
@@ -59,6 +59,7 @@ test('a server that renders pages may import every entry', () => {
     import { IStarViewer as Tag } from 'istar/element';
     import { IStarViewer as Inlined } from 'istar/inlined';
     import { IStarLegend } from 'istar/legend';
+    import 'istar/classic';
     import elements from 'istar/custom-elements.json' with { type: 'json' };
     if (globalThis.document || Tag !== IStarViewer || !Inlined || !IStarLegend || !elements || !settings) throw 1;
     const image = createElement('img', { src: 'map.png', alt: 'A map' });
