@@ -21,6 +21,8 @@ test('importing on a server touches no DOM', async () => {
   assert.equal(typeof IStarViewer, 'function');
 });
 
-test('the lock file names no registry', () => {
-  assert.doesNotMatch(readFileSync(at('package-lock.json'), 'utf8'), /"resolved": "http/);
+test('no lock file names a registry', () => {
+  for (const folder of [[], ['tests', 'package', 'fixtures'], ['tests', 'recipes']]) {
+    assert.doesNotMatch(readFileSync(at(...folder, 'package-lock.json'), 'utf8'), /"resolved": "http/);
+  }
 });

@@ -1,16 +1,11 @@
+import { type Backend, chosenBackend } from './backend.js';
 import { Box } from './box.js';
 import type { Controls } from './controls.js';
 import { make, sheetOf } from './dom.js';
 import css from './element.css';
-import {
-  type Backend,
-  chosenBackend,
-  dropRenderer,
-  openFile,
-  type Renderer,
-  sharedRenderer,
-} from './engine.js';
+import { dropRenderer, openFile, type Renderer, sharedRenderer } from './engine.js';
 import { viewerError } from './errors.js';
+import type { NamedRegion, ViewerElement, ViewerEvents } from './events.js';
 import { Frames } from './frames.js';
 import { type Finger, listenForGestures } from './gestures.js';
 import { Hash } from './hash.js';
@@ -21,14 +16,14 @@ import { Message } from './message.js';
 import { Paper } from './paper.js';
 import { sharedSource } from './shared.js';
 import { Status } from './status.js';
-import type { Style, StyleSheet } from './styles.js';
+import type { Style, StyleSheet } from './style.js';
 import { View } from './view.js';
 import type { Walk } from './walk.js';
 import { listenForWheel } from './wheel.js';
 import { say, setWords, type Words, wordsNow } from './words.js';
 
 // A server that renders pages imports this too, and has no HTMLElement.
-const Base = globalThis.HTMLElement ?? (class {} as typeof HTMLElement);
+const Base = (globalThis.HTMLElement ?? class {}) as new () => ViewerElement;
 
 /** Attributes that ask for something beside the picture, and those that say how it is. */
 const BESIDE = ['controls', 'navigator', 'scalebar', 'unit', 'unit-per-pixel'];
@@ -48,15 +43,65 @@ let sheet: CSSStyleSheet | undefined;
 
 /**
  * `<istar-viewer src="map.istar" alt="…">`: shows a picture to pan and zoom. An `<img>` inside stands in until the first frame.
+ * Coordinates are source pixels, y downwards; scale is CSS pixels per source pixel.
  *
- * Events: `load` (the first frame is painted), `progress` {loaded, total}, `error` {kind, message}, `viewchange` {x, y, scale},
- * `regionenter`, `regionleave`, `regionclick` {region, name}. Coordinates are source pixels, y downwards; scale is CSS pixels per
- * source pixel.
+ * @tag istar-viewer
+ *
+ * @attr {string} src - where the picture is
+ * @attr {string} alt - what the picture shows, in words
+ * @attr {boolean} interactive - the region under the pointer is highlighted
+ * @attr {boolean} controls - buttons: zoom, all of it, full screen, save
+ * @attr {boolean} navigator - an overview: a drag in it moves the view
+ * @attr {boolean} scalebar - how long something is
+ * @attr {string} unit - what the scale bar counts; else source pixels
+ * @attr {number} unit-per-pixel - so many of them are a source pixel long
+ * @attr {string} hash - the view is kept in the page's address, as `#view=x,y,scale` or under the name that is given
+ * @attr {'webgpu' | 'webgl2' | 'cpu'} backend - what draws; else the first that works
+ *
+ * @fires {CustomEvent} load - the first frame is painted
+ * @fires {CustomEvent} progress - bytes have come: `loaded`, and `total` where it is known
+ * @fires {CustomEvent} error - there is no picture: `kind` and `message` say why
+ * @fires {CustomEvent} viewchange - another view is painted: `x`, `y`, `scale`
+ * @fires {CustomEvent} regionenter - the pointer is on a region: `region`, and `name` where the file has one
+ * @fires {CustomEvent} regionleave - the pointer has left a region
+ * @fires {CustomEvent} regionclick - a region was clicked or tapped
+ *
+ * @slot - what stands in until the picture is there, and where scripts do not run: an `<img>`
+ *
+ * @csspart stage - where the picture is, and what the keys move
+ * @csspart box - what a drag with shift spans
+ * @csspart pin - where a walk is
+ * @csspart spoken - what a walk says, for ears alone
+ * @csspart status - the readout in the corner: `region`, `zoom` and `backend`
+ * @csspart region - in the readout: `swatch` and `name`
+ * @csspart swatch - the colour of the region
+ * @csspart name - what the region is called
+ * @csspart zoom - the scale
+ * @csspart backend - what draws
+ * @csspart message - what stands in place of the picture: `progress` or `error`
+ * @csspart progress - `loading` and `bar`
+ * @csspart loading - how much there is
+ * @csspart bar - the way that `fill` has to go
+ * @csspart fill - how far it is
+ * @csspart error - `title`, `detail` and `retry`
+ * @csspart title - what cannot be done
+ * @csspart detail - what is wrong
+ * @csspart retry - the button for another try
+ * @csspart controls - the buttons
+ * @csspart control - each of them
+ * @csspart overview - all of the picture, small
+ * @csspart frame - what of it the view shows
+ * @csspart scalebar - the scale bar
+ *
+ * @cssprop --istar-ink - text
+ * @cssprop --istar-paper - what lies under text
+ * @cssprop --istar-line - thin lines
+ * @cssprop --istar-accent - what can be pressed, and progress
  */
 export class IStarViewer extends Base {
   static readonly observedAttributes = ['src', 'alt', 'backend', 'hash', ...BESIDE];
 
-  /** What viewers of the page say, in its language, by the English text. To be set before they show a picture. */
+  /** Of the class: what viewers of the page say, in its language, by the English text. To be set before they show a picture. */
   static get words(): Words {
     return wordsNow();
   }
@@ -126,9 +171,14 @@ export class IStarViewer extends Base {
       still: () => this.#frames.stop(),
       named: (region) => this.regionName(region),
       emit: (event, region) => this.#emit(event, this.#named(region)),
-      mark: (region, name) => this.#mark(region, name),
+      tell: (name, region) => this.#tell(name, region),
     };
     this.#listen();
+    // What a page said before the element was defined lies over its properties.
+    for (const [name, value] of Object.entries(this)) {
+      Reflect.deleteProperty(this, name);
+      if (value !== undefined) Reflect.set(this, name, value);
+    }
   }
 
   get src(): string {
@@ -406,12 +456,8 @@ export class IStarViewer extends Base {
           view.styles.light(region);
           view.redraw();
         }
-        if (region === undefined) this.#status.region(undefined);
-        else
-          this.#status.region(
-            this.regionName(region) ?? say('region {number}', { number: region }),
-            view.regionColor(region),
-          );
+        if (region === undefined) this.#tell(undefined);
+        else this.#tell(this.regionName(region) ?? say('region {number}', { number: region }), region);
       },
     );
   }
@@ -442,19 +488,12 @@ export class IStarViewer extends Base {
     (await this.#beside)?.update();
   }
 
-  #mark(region: number | undefined, name: string | undefined): void {
-    const view = this.#view;
-    // In forced colours the user's own.
-    const color = matchMedia('(forced-colors: active)').matches
-      ? 'Highlight'
-      : getComputedStyle(this).getPropertyValue('--istar-accent');
-    // Not an outline, which costs a frame several times as much.
-    view.styles.mark(region, { highlight: true, pattern: { motif: 'rising', color } });
-    view.redraw();
-    this.#status.region(name, region === undefined ? 0 : view.regionColor(region));
+  /** Says in the corner which region it is. */
+  #tell(name: string | undefined, region = 0): void {
+    this.#status.region(name, this.#view.regionColor(region));
   }
 
-  #named(region: number): { region: number; name: string | undefined } {
+  #named(region: number): NamedRegion {
     return { region, name: this.regionName(region) };
   }
 
@@ -476,7 +515,7 @@ export class IStarViewer extends Base {
     );
   }
 
-  #emit(name: string, detail: unknown): void {
+  #emit<Name extends keyof ViewerEvents>(name: Name, detail: ViewerEvents[Name]['detail']): void {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 }
@@ -486,6 +525,8 @@ function missing(cause: unknown): undefined {
   console.warn(cause);
 }
 
-if (globalThis.customElements && !customElements.get('istar-viewer')) {
-  customElements.define('istar-viewer', IStarViewer);
+declare global {
+  interface HTMLElementTagNameMap {
+    'istar-viewer': IStarViewer;
+  }
 }

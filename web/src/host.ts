@@ -14,7 +14,7 @@ export interface Host {
   /** What the file calls a region. */
   named(region: number): string | undefined;
   /** Tells the page of a region. */
-  emit(event: string, region: number): void;
-  /** Lifts one region out, and says in the corner which. */
-  mark(region: number | undefined, name?: string): void;
+  emit(event: 'regionenter' | 'regionleave' | 'regionclick', region: number): void;
+  /** Says in the corner which region it is. */
+  tell(name: string | undefined, region?: number): void;
 }

@@ -3,16 +3,9 @@ import type { PictureFile } from './archive.js';
 import type { Renderer } from './engine.js';
 import { ViewerError, viewerError } from './errors.js';
 import { Pace } from './pace.js';
-import { placeText, readPlace } from './place.js';
+import { type Place, placeText, readPlace } from './place.js';
 import { Styles } from './styles.js';
 import { type Loaded, Tiles } from './tiles.js';
-
-/** Centre in source pixels; `scale` is CSS pixels of the screen per source pixel. */
-export interface Place {
-  x: number;
-  y: number;
-  scale: number;
-}
 
 /** In device pixels. */
 interface Size {

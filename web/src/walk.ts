@@ -71,7 +71,8 @@ export class Walk {
     if (!this.#here) return;
     this.#leave();
     this.#here = undefined;
-    this.#host.mark(undefined);
+    this.#mark(undefined);
+    this.#host.tell(undefined);
     this.#pinDown();
     this.#spoken.textContent = '';
   }
@@ -155,11 +156,22 @@ export class Walk {
     const here = { region, at: this.#bringIntoView(region, over) };
     this.#leave();
     this.#here = here;
-    host.mark(region, this.#name(region));
+    this.#mark(region);
+    host.tell(this.#name(region), region);
     this.#pinDown();
     host.emit('regionenter', region);
     this.#tell(region);
     return here;
+  }
+
+  /** Lifts one region out. */
+  #mark(region: number | undefined): void {
+    const { view } = this.#host;
+    // The pin has it as the page has it now, light or dark, and in forced colours as the user has.
+    const color = getComputedStyle(this.#pin).borderTopColor;
+    // Not an outline, which costs a frame several times as much.
+    view.styles.mark(region, { highlight: true, pattern: { motif: 'rising', color } });
+    view.redraw();
   }
 
   #pinDown(): void {

@@ -2,6 +2,7 @@
 import { readdirSync, readFileSync } from 'node:fs';
 import { homedir } from 'node:os';
 import { join } from 'node:path';
+import { packageFiles } from './package.mjs';
 import {
   at,
   bin,
@@ -12,11 +13,11 @@ import {
   nodeBin,
   RUST_TARGET,
   run,
-  TaskError,
   WASM_BINDGEN,
   whenChanged,
   writeIfChanged,
 } from './project.mjs';
+import { bundled, VIEWER_FETCHES } from './script.mjs';
 import { shortenNames } from './shorten.mjs';
 
 const PAGES = ['index.html', 'view.html', 'page.css', 'view.js', 'istar-offline.js'];
@@ -34,6 +35,7 @@ async function buildWith(tool, options) {
   wasm();
   encoderWasm();
   await bundle();
+  await packageFiles();
   pages();
   // After the pages: the command line tool carries them inside.
   run('cargo', ['build', '--bin', 'istar', ...options]);
@@ -92,15 +94,7 @@ function wasmModule({ name, profile, features, optimize }) {
 }
 
 export async function bundle() {
-  await bundled('web/src/element.ts', 'istar.js', [
-    'istar_bg.wasm',
-    'istar-labels.js',
-    'istar-cpu.js',
-    'istar-names.js',
-    'istar-walk.js',
-    'istar-controls.js',
-    'istar-export.js',
-  ]);
+  await bundled('web/src/define.ts', 'istar.js', VIEWER_FETCHES);
   await bundled('web/src/fitting.ts', 'istar-labels.js', ['istar-fitter.js']);
   await bundled('web/src/fitter.ts', 'istar-fitter.js', ['istar_encoder_bg.wasm']);
   await bundled('web/src/names.ts', 'istar-names.js', []);
@@ -109,55 +103,6 @@ export async function bundle() {
   await bundled('web/src/legend.ts', 'istar-legend.js', []);
   await bundled('web/src/cpu.ts', 'istar-cpu.js', ['istar-painter.js']);
   await bundled('web/src/painter.ts', 'istar-painter.js', ['istar_encoder_bg.wasm']);
-}
-
-/** A script in dist, which names each of the files that it fetches once. */
-async function bundled(entry, name, fetched) {
-  const { build, transform } = await import('esbuild');
-  const minifiedText = {
-    name: 'minified-css-as-text',
-    setup(on) {
-      on.onLoad({ filter: /\.css$/ }, async ({ path }) => {
-        const { code } = await transform(readFileSync(path, 'utf8'), { loader: 'css', minify: true });
-        return { contents: code, loader: 'text' };
-      });
-    },
-  };
-  const fetchedModule = {
-    name: 'module-fetched-when-used',
-    setup(on) {
-      const files = {
-        cpu: 'cpu',
-        fitting: 'labels',
-        names: 'names',
-        walk: 'walk',
-        controls: 'controls',
-        export: 'export',
-      };
-      on.onResolve({ filter: /^\.\/(cpu|fitting|names|walk|controls|export)\.js$/ }, ({ path }) => {
-        return { path: `./istar-${files[path.slice(2, -3)]}.js`, external: true };
-      });
-    },
-  };
-  const { outputFiles } = await build({
-    absWorkingDir: at(),
-    entryPoints: [entry],
-    tsconfig: 'web/tsconfig.json',
-    bundle: true,
-    minify: true,
-    // The glue's own, at every call of the module.
-    mangleProps: /^__(wbg_ptr|wrap|destroy_into_raw)$/,
-    format: 'esm',
-    target: 'es2022',
-    write: false,
-    plugins: [minifiedText, fetchedModule],
-  });
-  const script = outputFiles[0].text;
-  for (const file of fetched) {
-    const names = script.split(file).length - 1;
-    if (names !== 1) throw new TaskError(`dist/${name} names ${file} ${names} times, not once.`);
-  }
-  writeIfChanged(at('dist', name), script);
 }
 
 export function pages() {
