@@ -19,15 +19,16 @@ fn main() {
     }
 }
 
-/// Writes each module as `NAME.rs`: constants with all that the back ends need.
+/// Writes each module as `NAME.rs`, constants for the back ends, and its texts for the web as `NAME.ts`, which a page
+/// fetches apart from the WebAssembly module: each back end needs only its own.
 #[cfg(feature = "gpu")]
 fn write_shaders() -> Result<(), String> {
     use translate::{
         MODULES, TEXTURES, UNIFORMS, minify, shorten, shorten_values, translate, validate,
     };
 
-    /// GLSL is for WebGL2 alone.
     const WEB: &str = "#[cfg(target_arch = \"wasm32\")]\n";
+    const NATIVE: &str = "#[cfg(not(target_arch = \"wasm32\"))]\n";
 
     let out = std::env::var_os("OUT_DIR").ok_or("cargo gave no OUT_DIR")?;
     for shaders in &MODULES {
@@ -47,17 +48,22 @@ fn write_shaders() -> Result<(), String> {
         for draw in shaders.draws {
             glsl.push(translate(draw, &module)?.map(|text| shorten_values(&minify(&text))));
         }
-        // Of each draw the vertex shader and the fragment shader.
         let constants = format!(
-            "pub const WGSL: &str = {wgsl:?};\n\
+            "{NATIVE}pub const WGSL: &str = {wgsl:?};\n\
              pub const ENTRY_POINTS: [[&str; 2]; {count}] = {entry_points:?};\n\
-             {WEB}pub const GLSL: [[&str; 2]; {count}] = {glsl:?};\n\
              {WEB}pub const GLSL_UNIFORMS: &str = {UNIFORMS:?};\n\
              {WEB}pub const GLSL_TEXTURES: [&str; {}] = {TEXTURES:?};\n",
             TEXTURES.len(),
         );
-        let path = std::path::Path::new(&out).join(shaders.name).with_extension("rs");
-        std::fs::write(&path, constants).map_err(|e| format!("{}: {e}", path.display()))?;
+        // Of each draw the vertex shader and the fragment shader. Such texts are the same in both languages: they
+        // are ASCII, and of what is escaped there are only ends of lines.
+        let texts = format!(
+            "export const wgsl = {wgsl:?};\nexport const glsl: [string, string][] = {glsl:?};\n"
+        );
+        for (extension, text) in [("rs", constants), ("ts", texts)] {
+            let path = std::path::Path::new(&out).join(shaders.name).with_extension(extension);
+            std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
+        }
     }
     Ok(())
 }

@@ -93,9 +93,10 @@ impl Renderer {
     pub fn pipelines(
         #[wasm_bindgen(unchecked_param_type = "GPUDevice")] device: JsValue,
         #[wasm_bindgen(unchecked_param_type = "GPUTextureFormat")] format: JsValue,
+        #[wasm_bindgen(unchecked_param_type = "GPUShaderModule")] shaders: JsValue,
     ) -> js_sys::Array {
         tell_of_panics();
-        browser::Renderer::pipelines(device, &format)
+        browser::Renderer::pipelines(device, &format, &shaders)
     }
 
     /// Draws with WebGPU on a canvas by its context, which the device is to have. What goes wrong on the device
@@ -106,20 +107,24 @@ impl Renderer {
         #[wasm_bindgen(unchecked_param_type = "GPUCanvasContext")] context: JsValue,
         #[wasm_bindgen(unchecked_param_type = "GPUDevice")] device: JsValue,
         #[wasm_bindgen(unchecked_param_type = "GPUTextureFormat")] format: JsValue,
+        #[wasm_bindgen(unchecked_param_type = "GPUShaderModule")] shaders: JsValue,
         #[wasm_bindgen(unchecked_param_type = "GPURenderPipeline[]")] pipelines: js_sys::Array,
         #[wasm_bindgen(unchecked_param_type = "string[]")] faults: js_sys::Array,
     ) -> Renderer {
-        Self::new(browser::Renderer::on_device(canvas, context, device, format, pipelines, faults))
+        Self::new(browser::Renderer::on_device(
+            canvas, context, device, format, shaders, pipelines, faults,
+        ))
     }
 
-    /// Draws with WebGL2 on a canvas by its context. Throws an `Error` whose name is `gpu`.
+    /// Draws with WebGL2 on a canvas by its context, with the shaders of each draw. Throws an `Error` whose name is `gpu`.
     #[wasm_bindgen(js_name = onContext)]
     pub fn on_context(
         canvas: web_sys::OffscreenCanvas,
         gl: web_sys::WebGl2RenderingContext,
+        #[wasm_bindgen(unchecked_param_type = "[string, string][]")] shaders: js_sys::Array,
     ) -> Result<Renderer, JsValue> {
         tell_of_panics();
-        browser::Renderer::on_context(canvas, gl).map(Self::new).map_err(thrown)
+        browser::Renderer::on_context(canvas, gl, shaders).map(Self::new).map_err(thrown)
     }
 
     fn new(renderer: browser::Renderer) -> Renderer {

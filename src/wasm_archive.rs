@@ -3,9 +3,9 @@
 
 use crate::container::{self, Found, Index, LEVEL_STEP_LOG2, Opened, Payload, TileAt};
 use crate::error::{Error, Result};
-use crate::grid::Point;
+use crate::grid::{self, Point};
 use crate::limits::Limits;
-use crate::model::{Image, RegionId};
+use crate::model::{Block, Image, NodeId, RegionId};
 use crate::placement::Placement;
 use crate::raster;
 use crate::wasm::Camera;
@@ -127,6 +127,9 @@ impl Archive {
     }
 }
 
+/// In place of a region's number: no file has so many.
+const NONE: u32 = u32::MAX;
+
 /// One tile of a picture.
 #[wasm_bindgen]
 pub struct Tile {
@@ -178,10 +181,51 @@ impl Tile {
     }
 }
 
+#[wasm_bindgen]
+impl Tile {
+    /// Its cells, as far as regions go: of each the corner and the width in the picture, how many candidates it has,
+    /// and the regions of these.
+    pub fn cells(&self) -> Vec<u32> {
+        let Placement { origin, step_log2, .. } = self.placement;
+        let mut told = Vec::new();
+        let mut tell = |at: [u32; 2], log2: u8, list: &[NodeId]| {
+            told.extend([0, 1].map(|axis| origin[axis] + (at[axis] << step_log2)));
+            told.extend([1 << (log2 + step_log2), list.len() as u32]);
+            told.extend(list.iter().map(|&node| self.region(node)));
+        };
+        for (index, block) in self.model.blocks.iter().enumerate() {
+            let log2 = self.model.block_log2;
+            let from = grid::place(self.model.block_grid(), index).map(|at| at << log2);
+            match block {
+                Block::Solid(node) => tell(from, log2, &[*node]),
+                Block::Cells(cells) => {
+                    let log2 = cells.texel_log2;
+                    for at in grid::places(self.model.cell_grid(log2)) {
+                        let corner = [0, 1].map(|axis| from[axis] + (at[axis] << log2));
+                        tell(corner, log2, self.model.candidates(cells, at));
+                    }
+                }
+            }
+        }
+        told
+    }
+
+    /// The regions that meet, in pairs.
+    pub fn edges(&self) -> Vec<u32> {
+        self.model.edges.iter().flatten().map(|&node| self.region(node)).collect()
+    }
+}
+
 impl Tile {
     /// A place of the picture in the tile's own pixels.
     fn own(&self, mut point: Point<2>) -> Point<2> {
         (0..2).for_each(|axis| point.whole[axis] -= i64::from(self.placement.origin[axis]));
         point.coarser(self.placement.step_log2)
+    }
+
+    /// The number of a node's region in the whole picture; [`NONE`] for a ghost.
+    fn region(&self, node: NodeId) -> u32 {
+        let own = self.model.nodes[node as usize].region;
+        own.and_then(|region| self.regions.get(region as usize).copied()).unwrap_or(NONE)
     }
 }

@@ -125,7 +125,7 @@ fn draw(
     image: &Image,
     camera: &Camera,
 ) -> istar::Result<()> {
-    renderer.draw(&[(scene.clone(), Placement::whole(image.size))], camera, false)
+    renderer.draw(&[(scene.clone(), Placement::whole(image.size))], camera)
 }
 
 fn compare(what: &str, renderer: &Renderer, scene: &Rc<Scene>, image: &Image, camera: &Camera) {
@@ -187,7 +187,7 @@ async fn scenes_cover_one_another_where_they_lie() {
             // No sample is exactly on a border, where f32 may fall to its other side.
             camera.look_at(Point::new([47.9271, 31.9637]), scale);
             let [lower, upper] = scenes.each_ref().map(Rc::clone);
-            renderer.draw(&[(lower, below), (upper, above)], &camera, false).unwrap();
+            renderer.draw(&[(lower, below), (upper, above)], &camera).unwrap();
             let mut expected = Vec::new();
             for y in 0..VIEWPORT[1] {
                 let mut row = vec![[0; 4]; VIEWPORT[0] as usize];
@@ -274,24 +274,40 @@ async fn a_lost_device_is_an_error() {
 
 /// Takes a GPU as the viewer does: web/src/gpu.ts. A device stays in the page as `device`.
 async fn renderer_on(backend: &str) -> Renderer {
-    let canvas = OffscreenCanvas::new(1, 1).unwrap();
-    let context = canvas.get_context(backend).unwrap().unwrap();
     if backend == "webgl2" {
-        return Renderer::on_context(canvas, context.unchecked_into()).unwrap();
+        let canvas = OffscreenCanvas::new(1, 1).unwrap();
+        let context = "return this.getContext('webgl2', { antialias: false, depth: false });";
+        let context = js_sys::Function::new_no_args(context).call0(&canvas).unwrap();
+        let shaders = shaders("glsl").unchecked_into();
+        return Renderer::on_context(canvas, context.unchecked_into(), shaders).unwrap();
     }
-    let device = "const adapter = await navigator.gpu.requestAdapter();
+    let taken = "const adapter = await navigator.gpu.requestAdapter();
         globalThis.device = await adapter.requestDevice();
-        globalThis.faults = [];
+        const faults = [];
         device.lost.then(() => faults.push('lost'));
-        return device;";
-    let device = wait(device).await;
-    let faults: Array = wait("return faults;").await.unchecked_into();
-    let format = wait("return navigator.gpu.getPreferredCanvasFormat();").await;
-    let promises = Renderer::pipelines(device.clone(), &format);
+        const format = navigator.gpu.getPreferredCanvasFormat();
+        const canvas = new OffscreenCanvas(1, 1);
+        const context = canvas.getContext('webgpu');
+        context.configure({ device, format, alphaMode: 'premultiplied' });
+        return [canvas, context, device, faults, format];";
+    let taken: Array = wait(taken).await.unchecked_into();
+    let [canvas, context, device, faults, format] = [0, 1, 2, 3, 4].map(|i| taken.get(i));
+    let module =
+        js_sys::Function::new_with_args("code", "return device.createShaderModule({ code });");
+    let module = module.call1(&JsValue::NULL, &shaders("wgsl")).unwrap();
+    let promises = Renderer::pipelines(device.clone(), &format, &module);
     let pipelines = JsFuture::from(Promise::all(&promises)).await.unwrap().unchecked_into();
-    let configure = "this.configure({ device, format: navigator.gpu.getPreferredCanvasFormat(), alphaMode: 'premultiplied' })";
-    js_sys::Function::new_no_args(configure).call0(&context).unwrap();
-    Renderer::on_device(canvas, context.into(), device, format, pipelines, faults)
+    let (canvas, faults) = (canvas.unchecked_into(), faults.unchecked_into());
+    Renderer::on_device(canvas, context, device, format, module, pipelines, faults)
+}
+
+/// The shaders' texts in one of the two languages, as the build script has written them for pages.
+fn shaders(language: &str) -> JsValue {
+    let texts = include_str!(concat!(env!("OUT_DIR"), "/picture.ts"));
+    let script = texts.replace("export ", "").replace(": [string, string][]", "");
+    js_sys::Function::new_no_args(&format!("{script} return {language};"))
+        .call0(&JsValue::NULL)
+        .unwrap()
 }
 
 /// What a script of the page brings.

@@ -56,8 +56,8 @@ enum Textures {
 impl Renderer {
     /// Asks a WebGPU device for what paints on canvases of a format: promises, and what they bring is for
     ///  [`on_device`](Self::on_device).
-    pub fn pipelines(device: JsValue, format: &JsValue) -> Array {
-        webgpu::pipelines(device, format)
+    pub fn pipelines(device: JsValue, format: &JsValue, shaders: &JsValue) -> Array {
+        webgpu::pipelines(device, format, shaders)
     }
 
     /// Draws with WebGPU on a canvas, by its context, which the device is to have. What goes wrong on the device
@@ -67,19 +67,25 @@ impl Renderer {
         context: JsValue,
         device: JsValue,
         format: JsValue,
+        shaders: JsValue,
         pipelines: Array,
         faults: Array,
     ) -> Self {
-        let device = WebGpu::new(canvas.clone(), context, device, format, pipelines, faults);
+        let device =
+            WebGpu::new(canvas.clone(), context, device, format, shaders, pipelines, faults);
         Renderer { device: Device::WebGpu(Box::new(device)), canvas }
     }
 
-    /// Draws with WebGL2 on a canvas, by its context.
+    /// Draws with WebGL2 on a canvas, by its context, with the shaders of each draw.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the context does not work.
-    pub fn on_context(canvas: OffscreenCanvas, gl: WebGl2RenderingContext) -> Result<Self> {
-        Ok(Renderer { device: Device::WebGl(WebGl::new(canvas.clone(), gl)?), canvas })
+    pub fn on_context(
+        canvas: OffscreenCanvas,
+        gl: WebGl2RenderingContext,
+        shaders: Array,
+    ) -> Result<Self> {
+        Ok(Renderer { device: Device::WebGl(WebGl::new(canvas.clone(), gl, shaders)?), canvas })
     }
 
     /// The back end in use: `webgpu` or `webgl2`.

@@ -6,6 +6,7 @@ use super::pack::{Format, Packed, Table};
 use super::picture;
 use super::view::Layer;
 use crate::error::{Error, Result};
+use js_sys::Array;
 use std::cell::{OnceCell, RefCell};
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{
@@ -18,7 +19,9 @@ pub(super) struct WebGl {
     gl: Gl,
     canvas: OffscreenCanvas,
     /// One for each of the draws, linked when one is first needed.
-    programs: [OnceCell<WebGlProgram>; picture::GLSL.len()],
+    programs: [OnceCell<WebGlProgram>; picture::ENTRY_POINTS.len()],
+    /// Of each draw its shaders' texts.
+    shaders: Array,
     /// What is drawn into that is not the canvas.
     framebuffer: Option<WebGlFramebuffer>,
     max_side: u32,
@@ -42,15 +45,15 @@ impl Drop for Scene {
 }
 
 impl WebGl {
-    pub fn new(canvas: OffscreenCanvas, gl: Gl) -> Result<Self> {
+    pub fn new(canvas: OffscreenCanvas, gl: Gl, shaders: Array) -> Result<Self> {
         let uniforms = gl.create_buffer().ok_or_else(|| lost(&gl))?;
         gl.bind_buffer_base(Gl::UNIFORM_BUFFER, 0, Some(&uniforms));
         // Asked now: a lost context says nothing.
         let max_side = gl.get_parameter(Gl::MAX_TEXTURE_SIZE).ok().and_then(|side| side.as_f64());
         let max_side = max_side.unwrap_or(0.0) as u32;
         let framebuffer = gl.create_framebuffer();
-        let programs = [const { OnceCell::new() }; picture::GLSL.len()];
-        let own = WebGl { gl, canvas, programs, framebuffer, max_side };
+        let programs = [const { OnceCell::new() }; picture::ENTRY_POINTS.len()];
+        let own = WebGl { gl, canvas, programs, shaders, framebuffer, max_side };
         // Asked for now, so that a driver that refuses it is told of before anything is drawn.
         own.program(1)?;
         Ok(own)
@@ -60,7 +63,7 @@ impl WebGl {
     fn program(&self, draw: usize) -> Result<&WebGlProgram> {
         let (gl, own) = (&self.gl, &self.programs[draw]);
         if own.get().is_none() {
-            let program = link(gl, picture::GLSL[draw])?;
+            let program = link(gl, self.shaders.get(draw as u32).unchecked_into())?;
             gl.use_program(Some(&program));
             for (unit, name) in (0..).zip(picture::GLSL_TEXTURES) {
                 gl.uniform1i(gl.get_uniform_location(&program, name).as_ref(), unit);
@@ -246,12 +249,12 @@ fn layout(format: Format) -> (u32, u32) {
     }
 }
 
-fn link(gl: &Gl, stages: [&str; 2]) -> Result<WebGlProgram> {
+fn link(gl: &Gl, stages: Array) -> Result<WebGlProgram> {
     let program = gl.create_program().ok_or_else(|| lost(gl))?;
     let mut shaders = Vec::with_capacity(2);
     for (stage, source) in [Gl::VERTEX_SHADER, Gl::FRAGMENT_SHADER].into_iter().zip(stages) {
         let shader = gl.create_shader(stage).ok_or_else(|| lost(gl))?;
-        gl.shader_source(&shader, source);
+        gl.shader_source(&shader, &source.as_string().unwrap_or_default());
         gl.compile_shader(&shader);
         gl.attach_shader(&program, &shader);
         shaders.push(shader);

@@ -35,6 +35,7 @@ pub(super) struct WebGpu {
     context: Context,
     layouts: [JsValue; 3],
     format: JsValue,
+    shaders: JsValue,
     /// One for each of the draws. Those that no first frame needs are created when one does.
     pipelines: [OnceCell<JsValue>; picture::ENTRY_POINTS.len()],
     uniforms: RefCell<Uniforms>,
@@ -82,6 +83,7 @@ impl WebGpu {
         context: JsValue,
         device: JsValue,
         format: JsValue,
+        shaders: JsValue,
         pipelines: Array,
         faults: Array,
     ) -> Self {
@@ -99,6 +101,7 @@ impl WebGpu {
             device,
             layouts,
             format,
+            shaders,
             pipelines: own,
             faults,
         }
@@ -225,8 +228,14 @@ impl WebGpu {
 
     fn pipeline(&self, draw: usize) -> &JsValue {
         self.pipelines[draw].get_or_init(|| {
-            let descriptor = descriptors(&self.device, &self.layouts, &self.format, [draw]);
-            self.device.create_render_pipeline(&descriptor[0])
+            let (device, layouts) = (&self.device, &self.layouts);
+            device.create_render_pipeline(&descriptor(
+                device,
+                layouts,
+                &self.format,
+                &self.shaders,
+                draw,
+            ))
         })
     }
 
@@ -299,33 +308,34 @@ fn bind_group_layouts(device: &Device) -> [JsValue; 3] {
 
 /// Asks a device for the pipelines of a first frame, which the browser promises. Layouts that are made alike later
 /// fit them.
-pub(super) fn pipelines(device: JsValue, format: &JsValue) -> Array {
+pub(super) fn pipelines(device: JsValue, format: &JsValue, shaders: &JsValue) -> Array {
     let device: Device = device.unchecked_into();
-    let descriptors = descriptors(&device, &bind_group_layouts(&device), format, [0, 1]);
-    // All before the first is waited for.
-    descriptors.iter().map(|descriptor| device.create_render_pipeline_async(descriptor)).collect()
+    let layouts = bind_group_layouts(&device);
+    let promise = |draw| {
+        let descriptor = descriptor(&device, &layouts, format, shaders, draw);
+        device.create_render_pipeline_async(&descriptor)
+    };
+    // Both before the first is waited for.
+    Array::of2(&promise(0), &promise(1))
 }
 
-/// What the pipelines of some draws are made of.
-fn descriptors<const N: usize>(
+/// What the pipeline of a draw is made of.
+fn descriptor(
     device: &Device,
     [uniforms, tables, colors]: &[JsValue; 3],
     format: &JsValue,
-    draws: [usize; N],
-) -> [Object; N] {
-    let module = device.create_shader_module(&object([("code", &picture::WGSL.into())]));
+    shaders: &JsValue,
+    draw: usize,
+) -> Object {
+    let groups = Array::of2(uniforms, if draw == FAR { colors } else { tables });
+    let layout = device.create_pipeline_layout(&object([("bindGroupLayouts", &groups)]));
+    let [vertex, fragment] = picture::ENTRY_POINTS[draw];
+    let vertex = object([("module", shaders), ("entryPoint", &vertex.into())]);
     let target = object([("format", format)]);
-    draws.map(|draw| {
-        let bound = if draw == FAR { colors } else { tables };
-        let groups = Array::of2(uniforms, bound);
-        let layout = device.create_pipeline_layout(&object([("bindGroupLayouts", &groups)]));
-        let [vertex, fragment] = picture::ENTRY_POINTS[draw];
-        let vertex = object([("module", &module), ("entryPoint", &vertex.into())]);
-        let fragment = object([
-            ("module", &module),
-            ("entryPoint", &fragment.into()),
-            ("targets", &Array::of1(&target)),
-        ]);
-        object([("layout", &layout), ("vertex", &vertex), ("fragment", &fragment)])
-    })
+    let fragment = object([
+        ("module", shaders),
+        ("entryPoint", &fragment.into()),
+        ("targets", &Array::of1(&target)),
+    ]);
+    object([("layout", &layout), ("vertex", &vertex), ("fragment", &fragment)])
 }

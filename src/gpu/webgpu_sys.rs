@@ -9,8 +9,6 @@ extern "C" {
     pub type Device;
     #[wasm_bindgen(method, getter)]
     pub fn queue(this: &Device) -> Queue;
-    #[wasm_bindgen(method, js_name = createShaderModule)]
-    pub fn create_shader_module(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createBindGroupLayout)]
     pub fn create_bind_group_layout(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createPipelineLayout)]

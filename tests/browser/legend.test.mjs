@@ -92,9 +92,10 @@ test('another picture has its own names, and one without names no legend', async
   assert.ok(await legend.isHidden());
   await page.evaluate((src) => {
     window.seen = [];
+    customElements.get('istar-viewer').words = { 'Colour of {name}': 'Farbe von {name}' };
     document.querySelector('istar-viewer').src = src;
   }, `${files.base}few.istar`);
-  await legend.getByText('Lake').waitFor();
+  await legend.getByLabel('Farbe von Lake').waitFor();
   // Of a viewer that is not there nothing is told.
   await page.evaluate(() => document.querySelector('istar-legend').setAttribute('for', 'nobody'));
   await legend.waitFor({ state: 'hidden' });

@@ -10,6 +10,9 @@ const picture = () => readFileSync(at('dist', 'gallery', 'emblem.istar'));
 /** Serves pictures badly. Names that end in -once go well once they are among `mended`. */
 const FAULTS = {
   missing: (response) => response.writeHead(404).end(),
+  forbidden: (response) => response.writeHead(403).end(),
+  // Tried again before it is said.
+  unavailable: (response) => response.writeHead(503).end(),
   broken: (response, bytes) => {
     response.writeHead(200, { 'content-length': bytes.length });
     response.write(bytes.subarray(0, bytes.length / 2), () => setTimeout(() => response.destroy(), 50));
@@ -47,6 +50,8 @@ async function open(src, options) {
 
 const failures = [
   ['missing', 'http', /404/],
+  ['forbidden', 'http', /403/],
+  ['unavailable', 'http', /503/],
   ['broken', 'network', /broke after .* of /],
   ['refused', 'network', /could not be reached/],
   ['truncated', 'malformed', /./],

@@ -6,24 +6,38 @@ import { crc32 } from 'node:zlib';
 import { PNG } from 'pngjs';
 import { checkedCli as cli } from '../../web/tasks/project.mjs';
 
-/** A quilt of discs on squares, each in one of some colours. */
-function quilt(width, height) {
-  const png = new PNG({ width, height });
-  for (let y = 0; y < height; y++) {
-    for (let x = 0; x < width; x++) {
-      const inDisc = Math.hypot((x % 64) - 31.5, (y % 64) - 31.5) < 22;
-      const square = (x >> 6) * 7 + (y >> 6) * 3;
-      const color = inDisc ? [40 * (square % 6), 200, 90] : [230, 30 * (square % 8), 60];
-      png.data.set([...color, 255], 4 * (y * width + x));
-    }
-  }
-  return PNG.sync.write(png);
+/** Discs on squares, each in one of some colours. */
+function quilt(x, y) {
+  const inDisc = Math.hypot((x % 64) - 31.5, (y % 64) - 31.5) < 22;
+  const square = (x >> 6) * 7 + (y >> 6) * 3;
+  return inDisc ? [40 * (square % 6), 200, 90] : [230, 30 * (square % 8), 60];
 }
 
 /** A quilt of that size as a file in a folder. */
-export function encodedQuilt(folder, name, [width, height], ...options) {
+export function encodedQuilt(folder, name, size, ...options) {
+  return encoded(folder, name, size, quilt, ...options);
+}
+
+/** A strip above three lands, one of which has a lake, in 96 × 64 pixels; the third land has no name. */
+export function encodedLands(folder) {
+  const names = join(folder, 'names.csv');
+  writeFileSync(names, '#e6c800,North\n#c83232,West\n#329632,Middle\n#fafaff,Lake');
+  const lands = (x, y) => {
+    if (y < 16) return [0xe6, 0xc8, 0];
+    if (x >= 40 && x < 56 && y >= 40 && y < 56) return [0xfa, 0xfa, 0xff];
+    return x < 32 ? [0xc8, 0x32, 0x32] : x < 64 ? [0x32, 0x96, 0x32] : [0x28, 0x3c, 0xc8];
+  };
+  return encoded(folder, 'lands', [96, 64], lands, '--names', names, '--texel-size', '4');
+}
+
+/** A picture of that size, by the colour of each pixel, as a file in a folder. */
+function encoded(folder, name, [width, height], colorAt, ...options) {
+  const picture = new PNG({ width, height });
+  for (let i = 0; i < width * height; i++) {
+    picture.data.set([...colorAt(i % width, Math.floor(i / width)), 255], 4 * i);
+  }
   const [png, file] = [join(folder, `${name}.png`), join(folder, `${name}.istar`)];
-  writeFileSync(png, quilt(width, height));
+  writeFileSync(png, PNG.sync.write(picture));
   execFileSync(cli, ['encode', png, '-o', file, ...options], { stdio: ['ignore', 'ignore', 'inherit'] });
   return file;
 }

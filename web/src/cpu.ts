@@ -3,6 +3,7 @@ import type { Camera, Tile } from '#wasm';
 import type { RawTile } from './archive.js';
 import type { Renderer, Scene } from './engine.js';
 import type { ErrorKind } from './errors.js';
+import { painterWorker } from './fetched.js';
 import type { Centre } from './place.js';
 
 /** What the worker is given: a tile, styles of one, the number of one that is no longer needed, or a view to paint. */
@@ -31,7 +32,7 @@ interface Waiting {
 class CpuRenderer implements Renderer {
   readonly backend = 'cpu';
   readonly ready: Promise<void>;
-  readonly #worker = start();
+  readonly #worker = painterWorker();
   readonly #waiting = new Map<number, Waiting>();
   #last = 0;
   #frame: number[] = [];
@@ -97,9 +98,4 @@ export async function create(): Promise<Renderer> {
   const renderer = new CpuRenderer();
   await renderer.ready;
   return renderer;
-}
-
-function start(): Worker {
-  // One static literal: bundlers find and copy the file by it.
-  return new Worker(new URL('./istar-painter.js', import.meta.url), { type: 'module' });
 }

@@ -1,6 +1,6 @@
 import theme from './theme.css';
 
-/** A new element with a class, for parts of the shadow tree. */
+/** A new element with a class, for parts of the shadow tree. Pages reach it by the same name, with `::part`. */
 export function make<Name extends keyof HTMLElementTagNameMap>(
   name: Name,
   part: string,
@@ -8,6 +8,7 @@ export function make<Name extends keyof HTMLElementTagNameMap>(
 ): HTMLElementTagNameMap[Name] {
   const element = document.createElement(name);
   element.className = part;
+  element.setAttribute('part', part);
   element.append(...children);
   return element;
 }

@@ -1,41 +1,114 @@
+import { type Backend, chosenBackend } from './backend.js';
+import { Box } from './box.js';
+import type { Controls } from './controls.js';
 import { make, sheetOf } from './dom.js';
 import css from './element.css';
-import {
-  type Backend,
-  chosenBackend,
-  dropRenderer,
-  openFile,
-  type Renderer,
-  sharedRenderer,
-} from './engine.js';
+import { dropRenderer, openFile, type Renderer, sharedRenderer } from './engine.js';
 import { viewerError } from './errors.js';
+import type { NamedRegion, ViewerElement, ViewerEvents } from './events.js';
 import { Frames } from './frames.js';
-import { listenForGestures } from './gestures.js';
+import { type Finger, listenForGestures } from './gestures.js';
 import { Hash } from './hash.js';
+import type { Host } from './host.js';
 import { Hover } from './hover.js';
 import { listenForKeys } from './keyboard.js';
 import { Message } from './message.js';
-import { FetchSource } from './source.js';
+import { Paper } from './paper.js';
+import { sharedSource } from './shared.js';
 import { Status } from './status.js';
-import type { Style, StyleSheet } from './styles.js';
+import type { Style, StyleSheet } from './style.js';
 import { View } from './view.js';
+import type { Walk } from './walk.js';
 import { listenForWheel } from './wheel.js';
+import { say, setWords, type Words, wordsNow } from './words.js';
 
 // A server that renders pages imports this too, and has no HTMLElement.
-const Base = globalThis.HTMLElement ?? (class {} as typeof HTMLElement);
+const Base = (globalThis.HTMLElement ?? class {}) as new () => ViewerElement;
+
+/** Attributes that ask for something beside the picture, and those that say how it is. */
+const BESIDE = ['controls', 'navigator', 'scalebar', 'unit', 'unit-per-pixel'];
+
+/** What `toBlob` makes of the view. Without a size, what is on the screen; with one side alone the other follows. */
+export interface PictureOptions {
+  /** Pixels. */
+  width?: number;
+  height?: number;
+  /** `image/png`, or `image/jpeg` or `image/webp`, which have a quality of 0 to 1. */
+  type?: string;
+  quality?: number;
+}
 
 /** One sheet for all figures. */
 let sheet: CSSStyleSheet | undefined;
 
 /**
  * `<istar-viewer src="map.istar" alt="…">`: shows a picture to pan and zoom. An `<img>` inside stands in until the first frame.
+ * Coordinates are source pixels, y downwards; scale is CSS pixels per source pixel.
  *
- * Events: `load` (the first frame is painted), `progress` {loaded, total}, `error` {kind, message}, `viewchange` {x, y, scale},
- * `regionenter`, `regionleave`, `regionclick` {region, name}. Coordinates are source pixels, y downwards; scale is CSS pixels per
- * source pixel.
+ * @tag istar-viewer
+ *
+ * @attr {string} src - where the picture is
+ * @attr {string} alt - what the picture shows, in words
+ * @attr {boolean} interactive - the region under the pointer is highlighted
+ * @attr {boolean} controls - buttons: zoom, all of it, full screen, save
+ * @attr {boolean} navigator - an overview: a drag in it moves the view
+ * @attr {boolean} scalebar - how long something is
+ * @attr {string} unit - what the scale bar counts; else source pixels
+ * @attr {number} unit-per-pixel - so many of them are a source pixel long
+ * @attr {string} hash - the view is kept in the page's address, as `#view=x,y,scale` or under the name that is given
+ * @attr {'webgpu' | 'webgl2' | 'cpu'} backend - what draws; else the first that works
+ *
+ * @fires {CustomEvent} load - the first frame is painted
+ * @fires {CustomEvent} progress - bytes have come: `loaded`, and `total` where it is known
+ * @fires {CustomEvent} error - there is no picture: `kind` and `message` say why
+ * @fires {CustomEvent} viewchange - another view is painted: `x`, `y`, `scale`
+ * @fires {CustomEvent} regionenter - the pointer is on a region: `region`, and `name` where the file has one
+ * @fires {CustomEvent} regionleave - the pointer has left a region
+ * @fires {CustomEvent} regionclick - a region was clicked or tapped
+ *
+ * @slot - what stands in until the picture is there, and where scripts do not run: an `<img>`
+ *
+ * @csspart stage - where the picture is, and what the keys move
+ * @csspart box - what a drag with shift spans
+ * @csspart pin - where a walk is
+ * @csspart spoken - what a walk says, for ears alone
+ * @csspart status - the readout in the corner: `region`, `zoom` and `backend`
+ * @csspart region - in the readout: `swatch` and `name`
+ * @csspart swatch - the colour of the region
+ * @csspart name - what the region is called
+ * @csspart zoom - the scale
+ * @csspart backend - what draws
+ * @csspart message - what stands in place of the picture: `progress` or `error`
+ * @csspart progress - `loading` and `bar`
+ * @csspart loading - how much there is
+ * @csspart bar - the way that `fill` has to go
+ * @csspart fill - how far it is
+ * @csspart error - `title`, `detail` and `retry`
+ * @csspart title - what cannot be done
+ * @csspart detail - what is wrong
+ * @csspart retry - the button for another try
+ * @csspart controls - the buttons
+ * @csspart control - each of them
+ * @csspart overview - all of the picture, small
+ * @csspart frame - what of it the view shows
+ * @csspart scalebar - the scale bar
+ *
+ * @cssprop --istar-ink - text
+ * @cssprop --istar-paper - what lies under text
+ * @cssprop --istar-line - thin lines
+ * @cssprop --istar-accent - what can be pressed, and progress
  */
 export class IStarViewer extends Base {
-  static readonly observedAttributes = ['src', 'alt', 'backend', 'hash'];
+  static readonly observedAttributes = ['src', 'alt', 'backend', 'hash', ...BESIDE];
+
+  /** Of the class: what viewers of the page say, in its language, by the English text. To be set before they show a picture. */
+  static get words(): Words {
+    return wordsNow();
+  }
+
+  static set words(words: Words) {
+    setWords(words);
+  }
 
   #view!: View;
   #stage!: HTMLElement;
@@ -45,6 +118,11 @@ export class IStarViewer extends Base {
   #message!: Message;
   #hover!: Hover;
   #hash: Hash;
+  readonly #host: Host;
+  #walk: Promise<Walk | undefined> | undefined;
+  #beside: Promise<Controls | undefined> | undefined;
+  readonly #paper: Paper;
+  readonly #box = new Box();
   #loading: AbortController | undefined;
   #open = false;
   #backend: Backend | undefined;
@@ -70,10 +148,10 @@ export class IStarViewer extends Base {
       },
     );
     this.#fallback = make('slot', '');
-    this.#stage = make('div', 'stage', this.#view.canvas);
+    this.#paper = new Paper(this.#view);
+    this.#stage = make('div', 'stage', this.#view.canvas, this.#box.root);
     this.#stage.tabIndex = 0;
     this.#stage.role = 'application';
-    this.#stage.ariaRoleDescription = 'zoomable picture';
     this.#status = new Status();
     this.#message = new Message(() => {
       // The button is about to go, and would take the focus with it.
@@ -84,7 +162,23 @@ export class IStarViewer extends Base {
     sheet ??= sheetOf(css);
     root.adoptedStyleSheets = [sheet];
     root.append(this.#fallback, this.#stage, this.#status.root, this.#message.root);
+    this.#host = {
+      element: this,
+      root,
+      stage: this.#stage,
+      view: this.#view,
+      say,
+      still: () => this.#frames.stop(),
+      named: (region) => this.regionName(region),
+      emit: (event, region) => this.#emit(event, this.#named(region)),
+      tell: (name, region) => this.#tell(name, region),
+    };
     this.#listen();
+    // What a page said before the element was defined lies over its properties.
+    for (const [name, value] of Object.entries(this)) {
+      Reflect.deleteProperty(this, name);
+      if (value !== undefined) Reflect.set(this, name, value);
+    }
   }
 
   get src(): string {
@@ -165,11 +259,16 @@ export class IStarViewer extends Base {
     this.#view.redraw();
   }
 
-  /** The current view as a PNG. */
-  async toBlob(): Promise<Blob> {
+  /** The current view as a picture, a PNG unless asked otherwise. */
+  async toBlob(options: PictureOptions = {}): Promise<Blob> {
     await this.painted;
+    let { canvas } = this.#view;
+    // What makes it in any size is fetched only then.
+    if (options.width || options.height)
+      canvas = await (await import('./export.js')).pictureOf(this.#view, options);
     return new Promise((resolve, reject) => {
-      this.#view.canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('The view is empty.'))));
+      const give = (blob: Blob | null) => (blob ? resolve(blob) : reject(new Error('The view is empty.')));
+      canvas.toBlob(give, options.type, options.quality);
     });
   }
 
@@ -178,6 +277,7 @@ export class IStarViewer extends Base {
     this.#open = true;
     this.#label();
     this.#hash.follow(this.getAttribute('hash'));
+    this.#paper.watch(true);
     this.#load();
   }
 
@@ -190,6 +290,7 @@ export class IStarViewer extends Base {
       this.#frames.stop();
       this.#view.watch(false);
       this.#hash.follow(null);
+      this.#paper.watch(false);
       this.#close();
     });
   }
@@ -197,6 +298,7 @@ export class IStarViewer extends Base {
   attributeChangedCallback(name: string, before: string | null, now: string | null): void {
     if (!this.#open || before === now) return;
     if (name === 'alt') this.#label();
+    else if (BESIDE.includes(name)) this.#updateBeside();
     else if (name === 'hash') {
       this.#hash.follow(now);
       this.#hash.read();
@@ -219,7 +321,7 @@ export class IStarViewer extends Base {
       // The renderer starts while the file is on its way. Its error is heard below, also when the file fails first.
       const renderer = sharedRenderer(chosenBackend(this.getAttribute('backend')));
       renderer.catch(() => {});
-      const source = new FetchSource(this.src, (progress) => {
+      const source = sharedSource(this.src, loading.signal, (progress) => {
         if (loading.signal.aborted || this.#shown) return;
         this.#message.loading(progress);
         this.#emit('progress', progress);
@@ -252,6 +354,8 @@ export class IStarViewer extends Base {
     this.#shown = false;
     this.#lost = 'no';
     this.#hover.update(() => undefined);
+    this.#walk?.then((walk) => walk?.end());
+    this.#updateBeside();
   }
 
   #fail(cause: unknown, renderer = this.#view.renderer): void {
@@ -309,8 +413,11 @@ export class IStarViewer extends Base {
       this.#status.root.hidden = false;
       this.#message.clear();
       this.#fallback.toggleAttribute('data-covered', true);
+      if (!this.#alt)
+        console.warn(`istar-viewer: ${this.src} has no alt: say what it shows, for those who do not see it.`);
       this.#emit('load', undefined);
     }
+    this.#updateBeside();
     const { text } = this.#view;
     if (text === this.#sent) return;
     this.#sent = text;
@@ -325,6 +432,7 @@ export class IStarViewer extends Base {
       zoom: (factor: number, x: number, y: number) => view.zoom(factor, x, y),
       grab: () => this.#frames.stop(),
       animate: (step: (seconds: number) => boolean) => this.#frames.run(step),
+      box: (from: Finger, to: Finger, over: boolean) => this.#spanBox(from, to, over),
       tap: (event: PointerEvent) => {
         const region = this.pick(event.clientX, event.clientY);
         if (region !== undefined) this.#emit('regionclick', this.#named(region));
@@ -336,6 +444,7 @@ export class IStarViewer extends Base {
       pan: (dx, dy) => this.#still(() => view.pan(dx, dy)),
       zoomBy: (factor) => this.#still(() => view.zoomAboutMiddle(factor)),
       fit: () => this.fit(),
+      walk: () => this.#startWalk(),
     });
     this.#hover = new Hover(
       this.#stage,
@@ -347,13 +456,44 @@ export class IStarViewer extends Base {
           view.styles.light(region);
           view.redraw();
         }
-        if (region === undefined) this.#status.region(undefined);
-        else this.#status.region(this.regionName(region) ?? `region ${region}`, view.regionColor(region));
+        if (region === undefined) this.#tell(undefined);
+        else this.#tell(this.regionName(region) ?? say('region {number}', { number: region }), region);
       },
     );
   }
 
-  #named(region: number): { region: number; name: string | undefined } {
+  #spanBox(from: Finger, to: Finger, over: boolean): void {
+    const [left, top] = [Math.min(from.x, to.x), Math.min(from.y, to.y)];
+    const [width, height] = [Math.abs(to.x - from.x), Math.abs(to.y - from.y)];
+    if (!over) this.#box.show(left, top, width, height);
+    else {
+      this.#box.hide();
+      // One without extent has been given up.
+      if (width > 0 && height > 0) this.#view.zoomInto(left, top, width, height);
+    }
+  }
+
+  async #startWalk(): Promise<void> {
+    // Fetched only where somebody walks; without it the other keys do.
+    this.#walk ??= import('./walk.js').then(({ Walk }) => new Walk(this.#host)).catch(missing);
+    (await this.#walk)?.start();
+  }
+
+  /** Brings what is beside the picture up to date; it is fetched only where an attribute asks for it. */
+  async #updateBeside(): Promise<void> {
+    if (this.#shown && BESIDE.some((name) => this.hasAttribute(name)))
+      this.#beside ??= import('./controls.js')
+        .then(({ Controls }) => new Controls(this.#host))
+        .catch(missing);
+    (await this.#beside)?.update();
+  }
+
+  /** Says in the corner which region it is. */
+  #tell(name: string | undefined, region = 0): void {
+    this.#status.region(name, this.#view.regionColor(region));
+  }
+
+  #named(region: number): NamedRegion {
     return { region, name: this.regionName(region) };
   }
 
@@ -363,16 +503,30 @@ export class IStarViewer extends Base {
     move();
   }
 
-  #label(): void {
-    const alt = this.getAttribute('alt') ?? this.querySelector('img')?.alt;
-    this.#stage.ariaLabel = alt || 'Picture';
+  get #alt(): string {
+    return this.getAttribute('alt') ?? this.querySelector('img')?.alt ?? '';
   }
 
-  #emit(name: string, detail: unknown): void {
+  #label(): void {
+    this.#stage.ariaLabel = this.#alt || say('Picture');
+    this.#stage.ariaRoleDescription = say('zoomable picture');
+    this.#stage.ariaDescription = say(
+      'Arrows move the view, plus and minus zoom, 0 shows all. Enter walks from region to region by arrows, Escape ends that.',
+    );
+  }
+
+  #emit<Name extends keyof ViewerEvents>(name: Name, detail: ViewerEvents[Name]['detail']): void {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 }
 
-if (globalThis.customElements && !customElements.get('istar-viewer')) {
-  customElements.define('istar-viewer', IStarViewer);
+/** A module that is not there leaves the viewer without what it does. */
+function missing(cause: unknown): undefined {
+  console.warn(cause);
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'istar-viewer': IStarViewer;
+  }
 }

@@ -1,11 +1,10 @@
 import init, { type Camera, type Tile } from '#wasm';
 import { PictureFile, type RawTile } from './archive.js';
+import type { Backend, BackendChoice } from './backend.js';
 import { ViewerError, viewerError } from './errors.js';
-import { takeGpu } from './gpu.js';
+import { viewerModule } from './fetched.js';
+import { fetchShaders, takeGpu } from './gpu.js';
 import type { Source } from './source.js';
-
-export type Backend = 'webgpu' | 'webgl2' | 'cpu';
-export type BackendChoice = Backend | 'auto';
 
 /** A tile where it is drawn. */
 export interface Scene {
@@ -31,20 +30,11 @@ export interface Renderer {
 let module: Promise<void> | undefined;
 const renderers = new Map<BackendChoice, Promise<Renderer>>();
 
-/** The page's address may force a back end (`?backend=webgl2`), for comparing them; else the attribute does. */
-export function chosenBackend(attribute: string | null): BackendChoice {
-  const forced = new URLSearchParams(location.search).get('backend');
-  return [forced, attribute].find(isBackend) ?? 'auto';
-}
-
-function isBackend(name: string | null): name is Backend {
-  return name === 'webgpu' || name === 'webgl2' || name === 'cpu';
-}
-
 /** The page's one renderer for that choice: many figures share one device. */
 export async function sharedRenderer(choice: BackendChoice): Promise<Renderer> {
   let renderer = renderers.get(choice);
   if (!renderer) {
+    if (choice !== 'cpu') fetchShaders(choice);
     renderer = loadModule().then(() => create(choice));
     renderers.set(choice, renderer);
     renderer.catch(() => renderers.delete(choice));
@@ -90,11 +80,9 @@ function loadModule(): Promise<void> {
 }
 
 async function instantiate(): Promise<void> {
-  // One static literal: bundlers find and copy the file by it.
-  const url = new URL('./istar_bg.wasm', import.meta.url);
   let response: Response;
   try {
-    response = await fetch(url);
+    response = await viewerModule();
   } catch (cause) {
     throw new ViewerError('network', 'The viewer itself could not be fetched.', cause);
   }

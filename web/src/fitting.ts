@@ -1,6 +1,7 @@
 // Texels for labels, by a worker. A module of its own, fetched only where there are labels: dist/istar-labels.js.
 import type { RawTile } from './archive.js';
 import type { ErrorKind } from './errors.js';
+import { fitterWorker } from './fetched.js';
 
 /** What the worker is given, a whole file or a tile, and what it says. An error loses its class and its name on the way. */
 export type FittingJob = Uint8Array | RawTile;
@@ -62,8 +63,7 @@ async function inWorker(job: FittingJob, signal: AbortSignal): Promise<Uint8Arra
 
 function start(): Worker {
   try {
-    // One static literal: bundlers find and copy the file by it.
-    return new Worker(new URL('./istar-fitter.js', import.meta.url), { type: 'module' });
+    return fitterWorker();
   } catch (cause) {
     // A worker's script must be of the page's own origin.
     throw fault('unsupported', 'The encoder must come from the same server as the page.', cause);

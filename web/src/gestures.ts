@@ -3,6 +3,8 @@ export interface GestureActions {
   pan(dx: number, dy: number): void;
   /** Whether the view changed: false at the end of the zoom range. */
   zoom(factor: number, x: number, y: number): boolean;
+  /** A drag with shift spans a box between two places; where it is over, for the last time. */
+  box(from: Finger, to: Finger, over: boolean): void;
   /** A short press without a drag. */
   tap(event: PointerEvent): void;
   /** The user took hold of the view, so an animation must stop. */
@@ -20,17 +22,19 @@ const REST_MS = 60;
 const FRICTION_PER_SECOND = 5;
 const STOP_PX_PER_SECOND = 15;
 
-interface Finger {
+export interface Finger {
   x: number;
   y: number;
 }
 
 const reducedMotion = () => matchMedia('(prefers-reduced-motion: reduce)').matches;
 
-/** Drag with inertia, pinch, double tap (shift zooms out). */
+/** Drag with inertia (with shift: a box), pinch, double tap (shift zooms out). */
 export function listenForGestures(stage: HTMLElement, actions: GestureActions): void {
   const fingers = new Map<number, Finger>();
   let dragged = false;
+  /** Where a box was begun. */
+  let corner: Finger | undefined;
   let velocity = { x: 0, y: 0, at: 0 };
   let lastTap = { x: 0, y: 0, at: Number.NEGATIVE_INFINITY };
 
@@ -39,6 +43,9 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
     actions.grab();
     stage.setPointerCapture(event.pointerId);
     dragged = fingers.size > 0;
+    // A second finger pinches.
+    if (corner) actions.box(corner, corner, true);
+    corner = event.shiftKey && !dragged ? placeIn(stage, event) : undefined;
     fingers.set(event.pointerId, placeIn(stage, event));
     velocity = { x: 0, y: 0, at: event.timeStamp };
   });
@@ -50,6 +57,10 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
     // Small tremors during a click are no drag.
     if (!dragged && Math.hypot(now.x - finger.x, now.y - finger.y) < DRAG_PX) return;
     dragged = true;
+    if (corner) {
+      actions.box(corner, now, false);
+      return;
+    }
     stage.toggleAttribute('data-dragging', true);
     if (fingers.size === 1) drag(finger, now, event.timeStamp);
     else if (fingers.size === 2) pinch(event.pointerId, finger, now);
@@ -63,8 +74,11 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
       return;
     }
     stage.toggleAttribute('data-dragging', false);
-    if (event.type === 'pointercancel') return;
-    if (dragged) coast(event.timeStamp);
+    const from = corner;
+    corner = undefined;
+    if (from && dragged) actions.box(from, event.type === 'pointerup' ? placeIn(stage, event) : from, true);
+    else if (event.type === 'pointercancel') return;
+    else if (dragged) coast(event.timeStamp);
     else tap(event);
   };
   stage.addEventListener('pointerup', lift);

@@ -3,12 +3,14 @@ export interface KeyActions {
   /** About the middle. */
   zoomBy(factor: number): void;
   fit(): void;
+  /** Goes from region to region from now on. */
+  walk(): void;
 }
 
 const STEP_PX = 64;
 const STEP_ZOOM = 1.5;
 
-/** Arrows move the view (the picture goes the other way), + and − zoom, 0 and Home show all. */
+/** Arrows move the view (the picture goes the other way), + and − zoom, 0 and Home show all, Enter begins a walk. */
 export function listenForKeys(stage: HTMLElement, actions: KeyActions): void {
   const keys: Record<string, () => void> = {
     ArrowLeft: () => actions.pan(STEP_PX, 0),
@@ -22,6 +24,7 @@ export function listenForKeys(stage: HTMLElement, actions: KeyActions): void {
     _: () => actions.zoomBy(1 / STEP_ZOOM),
     '0': () => actions.fit(),
     Home: () => actions.fit(),
+    Enter: () => actions.walk(),
   };
   stage.addEventListener('keydown', (event) => {
     const act = keys[event.key];

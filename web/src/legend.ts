@@ -2,7 +2,8 @@
 import { make, sheetOf } from './dom.js';
 import type { IStarViewer } from './element.js';
 import css from './legend.css';
-import type { Style } from './styles.js';
+import type { Style } from './style.js';
+import { say, setWords } from './words.js';
 
 // A server that renders pages imports this too, and has no HTMLElement.
 const Base = globalThis.HTMLElement ?? (class {} as typeof HTMLElement);
@@ -21,6 +22,17 @@ interface Row {
  * `<istar-legend for="viewer">`: the names in the file that a viewer shows, each with a box that hides its regions and a field for
  * their colour. The viewer is the one with that id, or the page's first. What is changed is in the viewer's `styles`. Hidden while
  * there is no name.
+ *
+ * @tag istar-legend
+ *
+ * @attr {string} for - the id of the viewer
+ *
+ * @csspart search - the field for a part of a name, where there are many
+ *
+ * @cssprop --istar-ink - text
+ * @cssprop --istar-paper - what lies under text
+ * @cssprop --istar-line - thin lines
+ * @cssprop --istar-accent - what can be pressed
  */
 export class IStarLegend extends Base {
   static readonly observedAttributes = ['for'];
@@ -34,8 +46,6 @@ export class IStarLegend extends Base {
   constructor() {
     super();
     this.#search.type = 'search';
-    this.#search.placeholder = 'Search';
-    this.#search.ariaLabel = 'Search names';
     this.#search.addEventListener('input', () => this.#filter());
     const root = this.attachShadow({ mode: 'open' });
     root.adoptedStyleSheets = [sheetOf(css)];
@@ -53,18 +63,16 @@ export class IStarLegend extends Base {
     const viewer = this.#viewer;
     this.#show(new Map());
     if (!viewer) return;
-    const name = ({ detail }: Event & { detail?: { name?: string } }) => detail?.name;
     const load = async () => {
       const names = await viewer.names;
-      if (!signal.aborted) this.#show(names);
+      if (signal.aborted) return;
+      // They are the viewer's, whose module has them for itself.
+      setWords((viewer.constructor as typeof IStarViewer).words);
+      this.#show(names);
     };
     viewer.addEventListener('load', load, { signal });
-    viewer.addEventListener('regionenter', (event) => this.#mark(name(event as CustomEvent), true), {
-      signal,
-    });
-    viewer.addEventListener('regionleave', (event) => this.#mark(name(event as CustomEvent), false), {
-      signal,
-    });
+    viewer.addEventListener('regionenter', ({ detail }) => this.#mark(detail.name, true), { signal });
+    viewer.addEventListener('regionleave', ({ detail }) => this.#mark(detail.name, false), { signal });
     // It may be there already; before its element is defined it has no names.
     customElements.whenDefined('istar-viewer').then(load);
   }
@@ -81,6 +89,8 @@ export class IStarLegend extends Base {
     this.#rows = [];
     this.#list.replaceChildren();
     this.#search.value = '';
+    this.#search.placeholder = say('Search');
+    this.#search.ariaLabel = say('Search names');
     this.#search.hidden = names.size <= AT_A_GLANCE;
     this.hidden = names.size === 0;
     const order = new Intl.Collator(undefined, { numeric: true }).compare;
@@ -97,7 +107,7 @@ export class IStarLegend extends Base {
     const swatch = make('input', '');
     swatch.type = 'color';
     swatch.value = set?.color ?? color.slice(0, 7);
-    swatch.ariaLabel = `Colour of ${name}`;
+    swatch.ariaLabel = say('Colour of {name}', { name });
     swatch.addEventListener('input', () => this.#style(color, { color: swatch.value }));
     const label = make('label', '', shown, name);
     const item = make('li', '', swatch, label);
@@ -134,6 +144,12 @@ export class IStarLegend extends Base {
 /** A name without accents and capitals. */
 function plain(name: string): string {
   return name.normalize('NFD').replace(/\p{M}/gu, '').toLowerCase();
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'istar-legend': IStarLegend;
+  }
 }
 
 if (globalThis.customElements && !customElements.get('istar-legend')) {

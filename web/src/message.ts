@@ -1,6 +1,7 @@
 import { make } from './dom.js';
 import type { ErrorKind, ViewerError } from './errors.js';
 import { type Progress, sizeText } from './source.js';
+import { say } from './words.js';
 
 const TITLES: Record<ErrorKind, string> = {
   network: 'The picture could not be loaded.',
@@ -21,12 +22,11 @@ export class Message {
   readonly #progress = make('div', 'progress', this.#text, this.#bar);
   readonly #title = make('p', 'title');
   readonly #detail = make('p', 'detail');
-  readonly #retry = make('button', 'retry', 'Retry');
+  readonly #retry = make('button', 'retry');
   readonly #error = make('div', 'error');
 
   constructor(retry: () => void) {
     this.#bar.role = 'progressbar';
-    this.#bar.ariaLabel = 'Loading';
     // Empty until there is an error: only what is added to an alert is read out.
     this.#error.role = 'alert';
     this.#retry.type = 'button';
@@ -45,8 +45,9 @@ export class Message {
     const { loaded, total } = progress;
     const share = total ? loaded / total : undefined;
     this.#text.textContent = total
-      ? `Loading: ${sizeText(loaded)} of ${sizeText(total)}`
-      : `Loading${loaded > 0 ? `: ${sizeText(loaded)}` : ''}`;
+      ? say('Loading: {loaded} of {total}', { loaded: sizeText(loaded), total: sizeText(total) })
+      : `${say('Loading')}${loaded > 0 ? `: ${sizeText(loaded)}` : ''}`;
+    this.#bar.ariaLabel = say('Loading');
     // Without a value a progress bar is indeterminate.
     this.#bar.ariaValueNow = share === undefined ? null : String(Math.round(share * 100));
     this.#bar.toggleAttribute('data-unknown', share === undefined);
@@ -58,8 +59,9 @@ export class Message {
 
   error(error: ViewerError): void {
     this.#progress.hidden = true;
-    this.#title.textContent = TITLES[error.kind];
+    this.#title.textContent = say(TITLES[error.kind]);
     this.#detail.textContent = error.message;
+    this.#retry.textContent = say('Retry');
     this.#error.replaceChildren(this.#title, this.#detail, this.#retry);
     this.root.hidden = false;
   }

@@ -1,3 +1,10 @@
+/** Centre in source pixels; `scale` is CSS pixels of the screen per source pixel. */
+export interface Place {
+  x: number;
+  y: number;
+  scale: number;
+}
+
 /** Centre of a view: whole source pixels x and y, and the fraction of each, in which every digit of a deep view is. */
 export type Centre = [x: number, y: number, moreX: number, moreY: number];
 

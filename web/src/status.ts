@@ -1,5 +1,5 @@
+import type { Backend } from './backend.js';
 import { make } from './dom.js';
-import type { Backend } from './engine.js';
 
 const BACKENDS: Record<Backend, string> = { webgpu: 'WebGPU', webgl2: 'WebGL2', cpu: 'CPU' };
 

@@ -1,50 +1,9 @@
 import type { Renderer, Scene } from './engine.js';
+import type { Pattern, Style, StyleSheet } from './style.js';
 import type { Loaded } from './tiles.js';
 
-/** A line along a region's boundary. */
-export interface Outline {
-  /** A CSS colour; black. */
-  color?: string;
-  /** 1, up to 127. */
-  width?: number;
-  /** What the width counts: CSS pixels of the screen, or pixels of the source. */
-  unit?: 'screen' | 'source';
-  side?: 'inside' | 'centre' | 'outside';
-  /** Between regions of one group, 1 to 8191, there is none. */
-  group?: number;
-}
-
-/** What repeats over a region. */
-export interface Pattern {
-  motif: (typeof MOTIFS)[number];
-  /** A CSS colour; black. */
-  color?: string;
-  /** In pixels of the screen. */
-  spacing?: 4 | 8 | 16 | 32;
-}
-
-/** How a region is drawn. What is left out is as the file has it. */
-export interface Style {
-  /** A CSS colour. */
-  color?: string;
-  /** 0 to 1. */
-  opacity?: number;
-  visible?: boolean;
-  /** Lighter than it would be. */
-  highlight?: boolean;
-  outline?: Outline;
-  pattern?: Pattern;
-}
-
-/** Styles as they are saved: those for all regions, for all of a colour (`#rrggbb`), and for single ones, by number. */
-export interface StyleSheet {
-  all?: Style;
-  colors?: Record<string, Style>;
-  regions?: Record<string, Style>;
-}
-
 const SIDES = ['inside', 'centre', 'outside'];
-const MOTIFS = ['rising', 'falling', 'horizontal', 'vertical', 'cross', 'grid', 'dots'] as const;
+const MOTIFS: Pattern['motif'][] = ['rising', 'falling', 'horizontal', 'vertical', 'cross', 'grid', 'dots'];
 
 /** As many regions may change one by one, before all are written anew. */
 const FEW = 64;
@@ -60,10 +19,17 @@ export class Styles {
   readonly #regions = new Map<number, Prepared>();
   /** The region that is highlighted beside what styles say. */
   #lit: number | undefined;
+  /** A region that has a style before all that is said. */
+  #marked: number | undefined;
+  #mark: Prepared | undefined;
   /** Grows with each change. */
   #version = 0;
   /** What changed in the last versions; undefined for more than few regions. */
   #changes: (number[] | undefined)[] = [];
+
+  get version(): number {
+    return this.#version;
+  }
 
   get sheet(): StyleSheet {
     return structuredClone(this.#sheet);
@@ -99,6 +65,14 @@ export class Styles {
   light(region: number | undefined): void {
     const changed = [this.#lit, region].filter((one) => one !== undefined);
     this.#lit = region;
+    this.#changed(changed);
+  }
+
+  /** Gives one region in place of the last a style before all that is said. */
+  mark(region: number | undefined, style: Style): void {
+    const changed = [this.#marked, region].filter((one) => one !== undefined);
+    this.#marked = region;
+    this.#mark = prepared(style);
     this.#changed(changed);
   }
 
@@ -147,7 +121,8 @@ export class Styles {
 
   /** Writes a region's record: see Style in src/style.rs. */
   #write(words: Uint32Array, at: number, region: number, own: number, ratio: number): void {
-    const layers = [this.#regions.get(region), this.#colors.get(own), this.#all];
+    const mark = region === this.#marked ? this.#mark : undefined;
+    const layers = [mark, this.#regions.get(region), this.#colors.get(own), this.#all];
     const first = <T>(value: (style: Prepared) => T | undefined): T | undefined => {
       for (const layer of layers) {
         const found = layer && value(layer);

@@ -41,6 +41,8 @@ interface Loading {
 export class Tiles {
   readonly file: PictureFile;
   #renderer: Renderer;
+  /** The views that show them, and what each of these still needs. */
+  readonly #views = new Map<object, TileId[]>();
   readonly #changed: () => void;
   readonly #failed: (cause: unknown) => void;
   readonly #tiles = new Map<string, Loaded>();
@@ -75,8 +77,13 @@ export class Tiles {
     for (const loaded of this.#tiles.values()) this.#bytes -= dropScene(loaded);
   }
 
+  /** A view is gone. */
+  forget(view: object): void {
+    this.#views.delete(view);
+  }
+
   /** What is there of a view. What is missing is sent for, and what is no longer wanted is not waited for. */
-  frame(camera: Camera): Frame {
+  frame(camera: Camera, view: object): Frame {
     this.#frame++;
     const shown = new Map<string, Loaded>();
     const missing = new Map<string, TileId>();
@@ -97,7 +104,9 @@ export class Tiles {
       (id) => !this.#tiles.has(id.key) && !this.#damaged.has(id.key),
     );
     const needed = [...new Map([...first.map((id) => [id.key, id] as const), ...missing]).values()];
-    this.#fetch(needed);
+    this.#views.set(view, needed);
+    const all = [...this.#views.values()].flat();
+    this.#fetch([...new Map(all.map((id) => [id.key, id])).values()]);
     this.#makeRoom();
     const tiles = [...shown.values()].sort((a, b) => b.id.level - a.id.level);
     if (tiles.length === 0 && needed.length === 0) {

@@ -1,18 +1,11 @@
-import { Camera } from '#wasm';
+import { Camera, type Tile } from '#wasm';
 import type { PictureFile } from './archive.js';
 import type { Renderer } from './engine.js';
-import { viewerError } from './errors.js';
+import { ViewerError, viewerError } from './errors.js';
 import { Pace } from './pace.js';
-import { placeText, readPlace } from './place.js';
+import { type Place, placeText, readPlace } from './place.js';
 import { Styles } from './styles.js';
 import { type Loaded, Tiles } from './tiles.js';
-
-/** Centre in source pixels; `scale` is CSS pixels of the screen per source pixel. */
-export interface Place {
-  x: number;
-  y: number;
-  scale: number;
-}
 
 /** In device pixels. */
 interface Size {
@@ -22,6 +15,8 @@ interface Size {
 
 interface Shown {
   tiles: Tiles;
+  /** Gives back what the view has. */
+  end: () => void;
   renderer: Renderer;
   camera: Camera;
   /** The camera in as many pixels as are drawn. */
@@ -51,11 +46,15 @@ export interface ViewHooks {
  */
 export class View {
   readonly canvas = document.createElement('canvas');
-  readonly styles = new Styles();
+  readonly styles: Styles;
   readonly #context = this.canvas.getContext('2d');
   readonly #hooks: ViewHooks;
   readonly #observer: ResizeObserver;
   #size: Size = { width: 0, height: 0 };
+  /** Pixels for a CSS pixel, where it is not the screen's. */
+  readonly #fineness: number | undefined;
+  /** Views of the same picture, which go with it. */
+  readonly #twins = new Set<View>();
   #shown: Shown | undefined;
   /** The view shows all of the picture and goes on doing so when the figure's size changes. */
   #fitted = true;
@@ -69,8 +68,10 @@ export class View {
   readonly #sight: IntersectionObserver;
   #waiting: { resolve: () => void; reject: (cause: unknown) => void }[] = [];
 
-  constructor(hooks: ViewHooks) {
+  constructor(hooks: ViewHooks, styles = new Styles(), fineness?: number) {
     this.#hooks = hooks;
+    this.styles = styles;
+    this.#fineness = fineness;
     this.#observer = new ResizeObserver((entries) => {
       const entry = entries.at(-1);
       if (entry) this.#resized(deviceSize(entry));
@@ -100,16 +101,47 @@ export class View {
   /** Takes ownership of the file. Its tiles are fetched as the view needs them. */
   show(file: PictureFile, renderer: Renderer): void {
     this.clear();
-    const tiles = new Tiles(file, renderer, this.#redraw, (cause) => this.#hooks.failed(cause));
-    const { width, height } = file.archive;
+    const changed = () => {
+      this.redraw();
+      for (const twin of this.#twins) twin.redraw();
+    };
+    const tiles = new Tiles(file, renderer, changed, (cause) => this.#hooks.failed(cause));
+    this.#begin(tiles, renderer, () => tiles.free());
+    this.watch(true);
+    this.#listen('add', renderer);
+  }
+
+  /**
+   * Another view of the same picture, with a canvas of its own, until it or this one is cleared. With a size it has so many pixels,
+   * shows the same place and is drawn at once; else it shows all of the picture in the size that its canvas has on the page.
+   */
+  twin(size?: Size, fineness?: number): View | undefined {
+    const shown = this.#shown;
+    if (!shown) return undefined;
+    // What goes wrong here goes wrong with the view itself.
+    const twin: View = new View({ drawn() {}, failed: (cause) => twin.giveUp(cause) }, this.styles, fineness);
+    this.#twins.add(twin);
+    twin.#begin(shown.tiles, shown.renderer, () => {
+      this.#twins.delete(twin);
+      shown.tiles.forget(twin);
+      twin.giveUp(new ViewerError('aborted', 'The picture is gone.'));
+    });
+    if (size) {
+      twin.#shown?.camera.resize(size.width, size.height);
+      twin.text = this.text;
+      twin.#resized(size);
+    } else twin.watch(true);
+    return twin;
+  }
+
+  #begin(tiles: Tiles, renderer: Renderer, end: () => void): void {
+    const { width, height } = tiles.file.archive;
     const [camera, eye] = [new Camera(width, height), new Camera(width, height)];
-    this.#shown = { tiles, renderer, camera, eye, drawn: [], complete: false };
+    this.#shown = { tiles, renderer, camera, eye, end, drawn: [], complete: false };
     this.#fitted = true;
     this.#first = true;
     // The figure may take another shape for this picture. Its size is told anew, and with that it is drawn.
     this.#size = { width: 0, height: 0 };
-    this.watch(true);
-    this.#listen('add', renderer);
   }
 
   /** Goes on with another renderer, because the last one lost its device: place and tiles stay. */
@@ -118,8 +150,10 @@ export class View {
     this.#listen('remove', this.#shown.renderer);
     this.#listen('add', renderer);
     this.#shown.tiles.moveTo(renderer);
-    this.#shown.renderer = renderer;
-    this.redraw();
+    for (const view of [this, ...this.#twins]) {
+      if (view.#shown) view.#shown.renderer = renderer;
+      view.redraw();
+    }
   }
 
   /** A renderer that lost its device tells so by its canvas; what is drawn next finds it out. */
@@ -133,7 +167,8 @@ export class View {
     const shown = this.#shown;
     this.#shown = undefined;
     if (shown) this.#listen('remove', shown.renderer);
-    shown?.tiles.free();
+    for (const twin of this.#twins) twin.clear();
+    shown?.end();
     shown?.camera.free();
     shown?.eye.free();
     this.#context?.clearRect(0, 0, this.canvas.width, this.canvas.height);
@@ -146,6 +181,11 @@ export class View {
       if (color !== undefined) return color;
     }
     return undefined;
+  }
+
+  /** The tiles of the last frame. */
+  get drawn(): Tile[] {
+    return this.#shown?.drawn.map(({ tile }) => tile) ?? [];
   }
 
   get file(): PictureFile | undefined {
@@ -162,6 +202,7 @@ export class View {
 
   /** Device pixels per CSS pixel, page zoom and CSS transforms included. */
   get #ratio(): number {
+    if (this.#fineness) return this.#fineness;
     const width = this.canvas.getBoundingClientRect().width;
     return width > 0 && this.#size.width > 0 ? this.#size.width / width : devicePixelRatio;
   }
@@ -200,6 +241,17 @@ export class View {
 
   zoomAboutMiddle(factor: number): void {
     this.#move((camera) => camera.zoom(factor, this.#size.width / 2, this.#size.height / 2));
+  }
+
+  /** Shows a box of CSS pixels as large as it goes. */
+  zoomInto(left: number, top: number, width: number, height: number): void {
+    const ratio = this.#ratio;
+    const factor = Math.min(this.#size.width / width, this.#size.height / height) / ratio;
+    this.pan(
+      this.#size.width / ratio / 2 - left - width / 2,
+      this.#size.height / ratio / 2 - top - height / 2,
+    );
+    this.zoomAboutMiddle(factor);
   }
 
   lookAt(x: number, y: number, scale: number, moreX = 0, moreY = 0): void {
@@ -297,12 +349,12 @@ export class View {
     let frame: DrawnFrame;
     let later: Promise<ImageBitmap> | undefined;
     try {
-      const { tiles, complete } = shown.tiles.frame(camera);
+      const { tiles, complete } = shown.tiles.frame(camera, this);
       // It may have failed, and all that is shown with it.
       if (this.#shown !== shown) return;
       shown.drawn = tiles;
       if (tiles.length === 0) return;
-      const step = this.#pace.next();
+      const step = this.#fineness ? 1 : this.#pace.next();
       const size = { width: Math.ceil(width / step), height: Math.ceil(height / step) };
       const [x, y, moreX, moreY] = camera.place();
       eye.resize(size.width, size.height);
@@ -313,7 +365,7 @@ export class View {
         this.styles.apply(loaded, scene, renderer, this.#ratio / step);
         renderer.place(scene, tile);
       }
-      later = renderer.draw(eye, this.#pace.isQuick, size.width, size.height) ?? undefined;
+      later = renderer.draw(eye, !this.#fineness && this.#pace.isQuick, size.width, size.height) ?? undefined;
       frame = { shown, size, step, width, height };
       shown.complete = complete && step === 1;
     } catch (cause) {

@@ -2,6 +2,7 @@
 import { readdirSync, readFileSync } from 'node:fs';
 import { homedir } from 'node:os';
 import { join } from 'node:path';
+import { packageFiles } from './package.mjs';
 import {
   at,
   bin,
@@ -10,16 +11,17 @@ import {
   cli,
   main,
   nodeBin,
+  output,
   RUST_TARGET,
   run,
-  TaskError,
   WASM_BINDGEN,
   whenChanged,
   writeIfChanged,
 } from './project.mjs';
+import { bundled, VIEWER_FETCHES } from './script.mjs';
 import { shortenNames } from './shorten.mjs';
 
-const PAGES = ['index.html', 'view.html', 'page.css', 'view.js'];
+const PAGES = ['index.html', 'view.html', 'page.css', 'view.js', 'istar-offline.js'];
 
 export async function build() {
   await buildWith(cli, ['--release', '--features', 'cli']);
@@ -34,6 +36,7 @@ async function buildWith(tool, options) {
   wasm();
   encoderWasm();
   await bundle();
+  await packageFiles();
   pages();
   // After the pages: the command line tool carries them inside.
   run('cargo', ['build', '--bin', 'istar', ...options]);
@@ -73,6 +76,7 @@ function wasmModule({ name, profile, features, optimize }) {
   const flags = JSON.stringify([`--remap-path-prefix=${home}/registry/src/=`]);
   const config = ['--config', `target.${RUST_TARGET}.rustflags=${flags}`];
   run('cargo', ['build', '--lib', '--profile', profile, ...target, ...config]);
+  if (features === 'gpu') shaders(['build', '--lib', '--profile', profile, ...target, ...config]);
   const compiled = join(cargoTarget, RUST_TARGET, profile, 'istar.wasm');
   const bound = at('target', 'web', `${name}_bg.wasm`);
   whenChanged(bound, [compiled, WASM_BINDGEN, at('web', 'tasks', 'shorten.mjs')], () => {
@@ -91,61 +95,30 @@ function wasmModule({ name, profile, features, optimize }) {
   );
 }
 
+/** target/web/picture.ts: the shaders, as the crate's build script has written them in such a build. */
+function shaders(build) {
+  const messages = output('cargo', [...build, '--quiet', '--message-format=json']) ?? '';
+  const parsed = messages
+    .split('\n')
+    .filter(Boolean)
+    .map((line) => JSON.parse(line));
+  const own = ({ reason, package_id }) =>
+    reason === 'build-script-executed' && /\bistar[@#]/.test(package_id);
+  const folder = parsed.find(own)?.out_dir;
+  if (!folder) throw new TaskError('Cargo does not say where it has put the shaders.');
+  writeIfChanged(at('target', 'web', 'picture.ts'), readFileSync(join(folder, 'picture.ts')));
+}
+
 export async function bundle() {
-  await bundled('web/src/element.ts', 'istar.js', [
-    'istar_bg.wasm',
-    'istar-labels.js',
-    'istar-cpu.js',
-    'istar-names.js',
-  ]);
+  await bundled('web/src/define.ts', 'istar.js', VIEWER_FETCHES);
   await bundled('web/src/fitting.ts', 'istar-labels.js', ['istar-fitter.js']);
   await bundled('web/src/fitter.ts', 'istar-fitter.js', ['istar_encoder_bg.wasm']);
   await bundled('web/src/names.ts', 'istar-names.js', []);
+  for (const name of ['walk', 'controls', 'export', 'webgl2', 'webgpu'])
+    await bundled(`web/src/${name}.ts`, `istar-${name}.js`, []);
   await bundled('web/src/legend.ts', 'istar-legend.js', []);
   await bundled('web/src/cpu.ts', 'istar-cpu.js', ['istar-painter.js']);
   await bundled('web/src/painter.ts', 'istar-painter.js', ['istar_encoder_bg.wasm']);
-}
-
-/** A script in dist, which names each of the files that it fetches once. */
-async function bundled(entry, name, fetched) {
-  const { build, transform } = await import('esbuild');
-  const minifiedText = {
-    name: 'minified-css-as-text',
-    setup(on) {
-      on.onLoad({ filter: /\.css$/ }, async ({ path }) => {
-        const { code } = await transform(readFileSync(path, 'utf8'), { loader: 'css', minify: true });
-        return { contents: code, loader: 'text' };
-      });
-    },
-  };
-  const fetchedModule = {
-    name: 'module-fetched-when-used',
-    setup(on) {
-      const files = { cpu: 'cpu', fitting: 'labels', names: 'names' };
-      on.onResolve({ filter: /^\.\/(cpu|fitting|names)\.js$/ }, ({ path }) => {
-        return { path: `./istar-${files[path.slice(2, -3)]}.js`, external: true };
-      });
-    },
-  };
-  const { outputFiles } = await build({
-    absWorkingDir: at(),
-    entryPoints: [entry],
-    tsconfig: 'web/tsconfig.json',
-    bundle: true,
-    minify: true,
-    // The glue's own, at every call of the module.
-    mangleProps: /^__(wbg_ptr|wrap|destroy_into_raw)$/,
-    format: 'esm',
-    target: 'es2022',
-    write: false,
-    plugins: [minifiedText, fetchedModule],
-  });
-  const script = outputFiles[0].text;
-  for (const file of fetched) {
-    const names = script.split(file).length - 1;
-    if (names !== 1) throw new TaskError(`dist/${name} names ${file} ${names} times, not once.`);
-  }
-  writeIfChanged(at('dist', name), script);
 }
 
 export function pages() {

@@ -1,9 +1,9 @@
-// `npm test`: everything a change must pass, in order, up to the first failure. `npm test -- NAME…` runs the named steps only.
+// `npm test`: everything a change must pass, in order, up to the first failure. `npm test NAME…` runs the named steps only.
 import { existsSync, readdirSync } from 'node:fs';
 import { tmpdir } from 'node:os';
-import { delimiter } from 'node:path';
+import { delimiter, join } from 'node:path';
 import { buildForTests, encoderWasm, wasm } from './build.mjs';
-import { at, main, nodeBin, run, TaskError } from './project.mjs';
+import { at, main, nodeBin, run, TaskError, whenChanged } from './project.mjs';
 import { setup } from './setup.mjs';
 
 /** The software Vulkan driver, so that tests draw the same with and without a graphics card. */
@@ -44,31 +44,49 @@ const steps = {
         CARGO_PROFILE_DEV_OPT_LEVEL: '1',
       },
     ),
-  browser: () => {
-    const folder = at('tests', 'browser');
-    const files = readdirSync(folder).filter((name) => name.endsWith('.test.mjs'));
-    // One file at a time: software rendering keeps every core busy.
-    run('node', [
-      '--test',
-      '--test-concurrency=1',
-      '--test-reporter=spec',
-      ...files.map((name) => `${folder}/${name}`),
-    ]);
+  browser: () => nodeTests('browser'),
+  package: () => nodeTests('package'),
+};
+
+/** Only where they are named, because what they need takes long to install. */
+const others = {
+  recipes: () => {
+    const folder = at('.tools', 'docs');
+    const wanted = at('tests', 'recipes', 'requirements.txt');
+    whenChanged(join(folder, 'bin', 'mdbook'), [wanted], () => {
+      run('python3', ['-m', 'venv', '--clear', folder]);
+      const pip = ['-m', 'pip', 'install', '--quiet', '--disable-pip-version-check'];
+      run(join(folder, 'bin', 'python'), [...pip, '-r', wanted]);
+    });
+    nodeTests('recipes');
   },
 };
 
+function nodeTests(name) {
+  const folder = at('tests', name);
+  const files = readdirSync(folder).filter((name) => name.endsWith('.test.mjs'));
+  // One file at a time: software rendering keeps every core busy.
+  run('node', [
+    '--test',
+    '--test-concurrency=1',
+    '--test-reporter=spec',
+    ...files.map((name) => `${folder}/${name}`),
+  ]);
+}
+
 await main(import.meta.url, async () => {
   const wanted = process.argv.slice(2);
-  const unknown = wanted.filter((name) => !(name in steps));
+  const all = { ...steps, ...others };
+  const unknown = wanted.filter((name) => !(name in all));
   if (unknown.length > 0) {
-    throw new TaskError(`There is no step ${unknown.join(', ')}. Steps: ${Object.keys(steps).join(', ')}`);
+    throw new TaskError(`There is no step ${unknown.join(', ')}. Steps: ${Object.keys(all).join(', ')}`);
   }
   const times = [];
   for (const name of wanted.length > 0 ? wanted : Object.keys(steps)) {
     console.log(`\n── ${name}`);
     const start = performance.now();
     try {
-      await steps[name]();
+      await all[name]();
     } catch (error) {
       if (error instanceof TaskError) throw new TaskError(`${name} failed: ${error.message}`);
       throw error;

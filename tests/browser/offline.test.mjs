@@ -1,0 +1,44 @@
+// A page that was there once is there without its server, by the service worker that a page may have.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import * as harness from './harness.mjs';
+
+let browser;
+before(async () => {
+  browser = await harness.launch();
+});
+after(() => browser?.close());
+
+test('after the first load a page and its figure are there without a server', async () => {
+  const server = await harness.serve();
+  const { page, uncaught, close } = await harness.newPage(browser);
+  try {
+    await harness.openViewer(page, server.url, { src: 'gallery/map.istar' });
+    await page.addScriptTag({ url: 'istar-offline.js' });
+    const address = page.url();
+    // What was fetched before the worker was there, too.
+    await page.waitForFunction(async (address) => {
+      const wanted = [address, 'istar.js', 'istar_bg.wasm', 'gallery/map.istar', 'page.css'];
+      const kept = await Promise.all(wanted.map((url) => caches.match(url)));
+      return kept.every(Boolean);
+    }, address);
+    await harness.zoomTo(page, 3018, 684, 4);
+    const before = await harness.shot(page);
+
+    server.stop();
+    await page.goto('about:blank');
+    await page.goto(address);
+    await harness.event(page, 'load');
+    await harness.zoomTo(page, 3018, 684, 4);
+    assert.deepEqual(await harness.shot(page), before);
+    // What was never asked for is not there, and says so.
+    await page.evaluate(() => {
+      document.querySelector('istar-viewer').src = 'gallery/other.istar';
+    });
+    assert.equal((await harness.event(page, 'error')).kind, 'network');
+    assert.deepEqual(uncaught, []);
+  } finally {
+    server.stop();
+    await close();
+  }
+});

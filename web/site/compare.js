@@ -1,0 +1,47 @@
+// Lays another file over a viewer's picture, in the viewer's view, as far as the slider says.
+for (const section of document.querySelectorAll('.compare')) compare(section);
+
+function compare(section) {
+  const { name, width } = section.dataset;
+  const viewer = section.querySelector('istar-viewer');
+  const rival = section.querySelector('.rival');
+  const image = rival.querySelector('img');
+  const slider = section.querySelector('input[type=range]');
+  const output = section.querySelector('output');
+  const form = section.querySelector('form');
+  let view;
+  image.style.width = `${width}px`;
+
+  const show = () => {
+    const chosen = form.elements.rival;
+    const kind = chosen.value;
+    const { bytes } = [...section.querySelectorAll('[name=rival]')].find(({ checked }) => checked).dataset;
+    const src = `gallery/${name}.${kind}`;
+    if (image.getAttribute('src') !== src) image.src = src;
+    rival.style.clipPath = `inset(0 0 0 ${slider.value}%)`;
+    section.style.setProperty('--split', `${slider.value}%`);
+    output.textContent = `IStar ${kb(viewer.dataset.bytes)} | ${kind.toUpperCase()} ${kb(bytes)}${view ? `, at ${zoom(view.scale)}×` : ''}`;
+    if (!view) return;
+    const [x, y] = [
+      viewer.clientWidth / 2 - view.x * view.scale,
+      viewer.clientHeight / 2 - view.y * view.scale,
+    ];
+    image.style.transform = `translate(${x}px, ${y}px) scale(${view.scale})`;
+    rival.hidden = false;
+  };
+  viewer.addEventListener('viewchange', ({ detail }) => {
+    view = detail;
+    show();
+  });
+  slider.addEventListener('input', show);
+  form.addEventListener('change', show);
+  show();
+}
+
+function kb(bytes) {
+  return `${(bytes / 1000).toFixed(0)} KB`;
+}
+
+function zoom(scale) {
+  return scale >= 100 ? Math.round(scale) : Number(scale.toPrecision(3));
+}

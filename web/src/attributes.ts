@@ -1,0 +1,32 @@
+// The elements' attributes, for those who write them in a framework's templates.
+import type { Backend } from './backend.js';
+
+/** Of `<istar-viewer>`. */
+export interface ViewerAttributes {
+  /** Where the picture is. */
+  src?: string | undefined;
+  /** What the picture shows, in words. */
+  alt?: string | undefined;
+  /** The region under the pointer is highlighted. */
+  interactive?: boolean | '' | undefined;
+  /** Buttons: zoom, all of it, full screen, save. */
+  controls?: boolean | '' | undefined;
+  /** An overview: a drag in it moves the view. */
+  navigator?: boolean | '' | undefined;
+  /** How long something is. */
+  scalebar?: boolean | '' | undefined;
+  /** What the scale bar counts; else source pixels. */
+  unit?: string | undefined;
+  /** So many of them are a source pixel long. */
+  'unit-per-pixel'?: number | string | undefined;
+  /** The view is kept in the page's address, as `#view=x,y,scale` or under the name that is given. */
+  hash?: boolean | string | undefined;
+  /** What draws; else the first that works. */
+  backend?: Backend | undefined;
+}
+
+/** Of `<istar-legend>`. */
+export interface LegendAttributes {
+  /** The id of the viewer; else the first of the page. */
+  for?: string | undefined;
+}

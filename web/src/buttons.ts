@@ -1,0 +1,96 @@
+import { make } from './dom.js';
+import type { Host } from './host.js';
+
+/** As paths in a square of 16. */
+const ICONS = {
+  in: 'M8 3v10M3 8h10',
+  out: 'M3 8h10',
+  whole: 'M3 6V3h3M10 3h3v3M13 10v3h-3M6 13H3v-3',
+  full: 'M9 7l4-4m-3.5 0H13v3.5M7 9l-4 4m3.5 0H3V9.5',
+  leave: 'M13 3L9 7m0-3.5V7h3.5M3 13l4-4m0 3.5V9H3.5',
+  save: 'M8 2v8m-3-3l3 3 3-3M3 13h10',
+};
+
+const STEP_ZOOM = 1.5;
+
+/** Zoom, all of the picture, full screen, and the view as a file. */
+export class Buttons {
+  readonly root = make('div', 'controls');
+  readonly #host: Host;
+  readonly #full: HTMLButtonElement;
+
+  constructor(host: Host) {
+    this.#host = host;
+    const { element, view, say } = host;
+    this.root.role = 'group';
+    this.root.ariaLabel = say('Controls');
+    this.#add('in', 'Zoom in', () => view.zoomAboutMiddle(STEP_ZOOM));
+    this.#add('out', 'Zoom out', () => view.zoomAboutMiddle(1 / STEP_ZOOM));
+    this.#add('whole', 'Show all', () => view.fit());
+    this.#full = this.#add('full', 'Full screen', () => this.#toggleFull());
+    this.#add('save', 'Save as picture', () => this.#save());
+    // Telephones have none for elements.
+    this.#full.hidden = !document.fullscreenEnabled;
+    element.addEventListener('fullscreenchange', () => {
+      const isFull = element.matches(':fullscreen');
+      this.#dress(this.#full, isFull ? 'leave' : 'full', isFull ? 'Leave full screen' : 'Full screen');
+    });
+  }
+
+  #add(icon: keyof typeof ICONS, label: string, act: () => void): HTMLButtonElement {
+    const button = make('button', 'control');
+    button.type = 'button';
+    button.addEventListener('click', () => {
+      this.#host.still();
+      act();
+    });
+    this.#dress(button, icon, label);
+    this.root.append(button);
+    return button;
+  }
+
+  #dress(button: HTMLButtonElement, icon: keyof typeof ICONS, label: string): void {
+    const [svg, path] = ['svg', 'path'].map((name) =>
+      document.createElementNS('http://www.w3.org/2000/svg', name),
+    );
+    if (!svg || !path) return;
+    svg.setAttribute('viewBox', '0 0 16 16');
+    svg.setAttribute('aria-hidden', 'true');
+    path.setAttribute('d', ICONS[icon]);
+    svg.append(path);
+    button.replaceChildren(svg);
+    button.title = this.#host.say(label);
+    button.ariaLabel = button.title;
+  }
+
+  async #toggleFull(): Promise<void> {
+    const { element } = this.#host;
+    try {
+      if (element.matches(':fullscreen')) await document.exitFullscreen();
+      else await element.requestFullscreen();
+    } catch (cause) {
+      // A frame may not be allowed to.
+      console.warn(cause);
+    }
+  }
+
+  async #save(): Promise<void> {
+    const { element } = this.#host;
+    try {
+      const link = document.createElement('a');
+      link.href = URL.createObjectURL(await element.toBlob());
+      link.download = `${fileName(element.src)}.png`;
+      link.click();
+      // Once the browser has taken it.
+      setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    } catch (cause) {
+      console.warn(cause);
+    }
+  }
+}
+
+/** Of an address the last part, without its ending. */
+function fileName(url: string): string {
+  const last = url.split(/[?#]/)[0]?.split('/').at(-1) ?? '';
+  return last.replace(/\.\w+$/, '') || 'picture';
+}

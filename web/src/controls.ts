@@ -1,0 +1,35 @@
+// What stands beside the picture: buttons, scale bar, overview. A module of its own, fetched where an attribute asks for one:
+// dist/istar-controls.js.
+import { Buttons } from './buttons.js';
+import css from './controls.css';
+import type { Host } from './host.js';
+import { Overview } from './overview.js';
+import { ScaleBar } from './scalebar.js';
+
+export class Controls {
+  readonly #host: Host;
+  readonly #buttons: Buttons;
+  readonly #scaleBar: ScaleBar;
+  readonly #overview: Overview;
+
+  constructor(host: Host) {
+    this.#host = host;
+    this.#buttons = new Buttons(host);
+    this.#scaleBar = new ScaleBar(host);
+    this.#overview = new Overview(host);
+    const sheet = new CSSStyleSheet();
+    sheet.replaceSync(css);
+    host.root.adoptedStyleSheets.push(sheet);
+    host.stage.after(this.#overview.root, this.#scaleBar.root, this.#buttons.root);
+  }
+
+  /** After every frame, and where an attribute has changed. */
+  update(): void {
+    const { element, view } = this.#host;
+    const isThere = view.place !== undefined;
+    const wants = (name: string) => isThere && element.hasAttribute(name);
+    this.#buttons.root.hidden = !wants('controls');
+    this.#scaleBar.update(wants('scalebar'));
+    this.#overview.update(wants('navigator'));
+  }
+}

@@ -1,0 +1,85 @@
+// The view as a picture of any size. A module of its own, fetched where one is asked for: dist/istar-export.js.
+import type { PictureOptions } from './element.js';
+import type { View } from './view.js';
+
+/** What every browser has as a canvas, and every device draws at once. */
+const MOST = 16384;
+const AT_ONCE = 2048;
+
+/** The view in the middle of a picture: as large as fits, and more around where the shape is another. */
+export async function pictureOf(view: View, options: PictureOptions): Promise<HTMLCanvasElement> {
+  const { clientWidth, clientHeight } = view.canvas;
+  const shape = clientWidth / clientHeight;
+  const width = Math.round(options.width ?? (options.height ?? clientHeight) * shape);
+  const height = Math.round(options.height ?? width / shape);
+  for (const side of [width, height]) {
+    if (!(side >= 1 && side <= MOST)) {
+      const message = `A picture of ${width} × ${height} pixels cannot be made: each side has 1 to ${MOST}.`;
+      throw Object.assign(new Error(message), { name: 'limit' });
+    }
+  }
+  const picture = document.createElement('canvas');
+  Object.assign(picture, { width, height });
+  const context = picture.getContext('2d');
+  if (options.type === 'image/jpeg' && context) {
+    // It has no transparency, and black is nobody's paper.
+    context.fillStyle = '#fff';
+    context.fillRect(0, 0, width, height);
+  }
+  const fineness = Math.min(width / clientWidth, height / clientHeight);
+  // The view may be moved meanwhile.
+  const { text, place, file } = view;
+  if (!place || !file) throw new Error('There is no picture.');
+  const scale = place.scale * fineness;
+  for (const down of pieces(height, place.y, file.archive.height, scale)) {
+    for (const across of pieces(width, place.x, file.archive.width, scale)) {
+      const piece = view.twin({ width: across.drawn, height: down.drawn }, fineness);
+      if (!piece) throw new Error('There is no picture.');
+      try {
+        piece.text = text;
+        piece.pan(-across.middle / fineness, -down.middle / fineness);
+        await piece.settled();
+        const [x, y] = [across.from, down.from];
+        const size = [across.length, down.length] as const;
+        context?.drawImage(piece.canvas, across.skipped, down.skipped, ...size, x, y, ...size);
+      } finally {
+        piece.clear();
+      }
+    }
+  }
+  return picture;
+}
+
+/** A part of a picture along an axis, in its pixels. */
+interface Piece {
+  from: number;
+  length: number;
+  /** What is drawn for it, of which the first are skipped, and the middle of that from the middle of the picture. */
+  drawn: number;
+  skipped: number;
+  middle: number;
+}
+
+/**
+ * Cuts a picture where there is anything to see. A camera's middle cannot leave what it looks at (`extent` source pixels): a piece
+ * whose own does is drawn larger.
+ */
+function pieces(length: number, at: number, extent: number, scale: number): Piece[] {
+  const found: Piece[] = [];
+  for (let from = 0; from < length; from += AT_ONCE) {
+    const own = Math.min(AT_ONCE, length - from);
+    const middle = from + own / 2 - length / 2;
+    const place = at + middle / scale;
+    const over = Math.ceil(Math.max(place - extent, -place, 0) * scale);
+    if (over > own / 2) continue;
+    const isAfter = place > extent;
+    found.push({
+      from,
+      length: own,
+      drawn: own + 2 * over,
+      skipped: isAfter ? 2 * over : 0,
+      middle: middle + (isAfter ? -over : over),
+    });
+  }
+  return found;
+}

@@ -1,0 +1,75 @@
+import { ViewerError } from './errors.js';
+import { FetchSource, type Progress, type RangeResponse, type Source } from './source.js';
+
+/** Figures of one page open the same file one after the other: what one has got, the next is given for so long. */
+const KEEP_MS = 3000;
+
+interface Flight {
+  bytes: Promise<RangeResponse>;
+  controller: AbortController;
+  waiting: number;
+}
+
+/** The file at an address, for all figures that show it: what several ask for is fetched once. */
+class SharedSource implements Source {
+  readonly heard = new Set<(progress: Progress) => void>();
+  readonly #source: FetchSource;
+  readonly #flights = new Map<string, Flight>();
+
+  constructor(url: string) {
+    this.#source = new FetchSource(url, (progress) => {
+      for (const hear of this.heard) hear(progress);
+    });
+  }
+
+  getKey(): string {
+    return this.#source.getKey();
+  }
+
+  getBytes(offset: number, length: number, signal?: AbortSignal, etag?: string): Promise<RangeResponse> {
+    const key = [offset, length, etag].join();
+    const flight = this.#flights.get(key) ?? this.#start(key, offset, length, etag);
+    flight.waiting++;
+    return new Promise((resolve, reject) => {
+      // A signal that lives on keeps no bytes.
+      const over = new AbortController();
+      flight.bytes.then(resolve, reject).finally(() => over.abort());
+      const stop = () => {
+        reject(new ViewerError('aborted', 'Loading was stopped.', signal?.reason));
+        // As long as anybody waits it goes on.
+        if (--flight.waiting > 0) return;
+        flight.controller.abort();
+        this.#end(key, flight);
+      };
+      signal?.addEventListener('abort', stop, { signal: over.signal });
+    });
+  }
+
+  #start(key: string, offset: number, length: number, etag: string | undefined): Flight {
+    const controller = new AbortController();
+    const bytes = this.#source.getBytes(offset, length, controller.signal, etag);
+    const flight = { bytes, controller, waiting: 0 };
+    this.#flights.set(key, flight);
+    const end = () => this.#end(key, flight);
+    bytes.then(() => setTimeout(end, KEEP_MS), end);
+    return flight;
+  }
+
+  #end(key: string, flight: Flight): void {
+    if (this.#flights.get(key) === flight) this.#flights.delete(key);
+  }
+}
+
+const sources = new Map<string, SharedSource>();
+
+/** The page's one source for an address, as long as somebody has not aborted. Nothing is left of it then. */
+export function sharedSource(url: string, signal: AbortSignal, hear: (progress: Progress) => void): Source {
+  const source = sources.get(url) ?? new SharedSource(url);
+  sources.set(url, source);
+  source.heard.add(hear);
+  signal.addEventListener('abort', () => {
+    source.heard.delete(hear);
+    if (source.heard.size === 0 && sources.get(url) === source) sources.delete(url);
+  });
+  return source;
+}

@@ -1,0 +1,2 @@
+// The shaders for WebGPU.
+export { wgsl } from '#shaders';
