@@ -146,9 +146,9 @@ struct Corner {
     // The colours of both sides, premultiplied.
     @location(3) @interpolate(flat) positive: vec4<f32>,
     @location(4) @interpolate(flat) negative: vec4<f32>,
-    // The place in the cell, in units of which `per_cell` is a pixel. From corner to corner of a patch it has digits
-    // enough.
-    @location(5) u: vec2<f32>,
+    // The place in the cell of the viewport's upper left corner, in units of which `per_cell` is a pixel. A place that is
+    // interpolated from corner to corner would be off: some GPUs move corners by up to a thirty-second of a pixel.
+    @location(5) @interpolate(flat) zero: vec2<f32>,
     @location(6) @interpolate(flat) per_cell: f32,
     // Pixels where the cut is at least that far from zero are of one region: most need no more than its value.
     @location(7) @interpolate(flat) limit: f32,
@@ -187,7 +187,7 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
         seen.cut.c2,
         premultiplied(positive.x),
         premultiplied(negative.x),
-        zero + (clip + 1.0) * per_clip,
+        zero,
         per_cell,
         limit,
     );
@@ -212,10 +212,11 @@ fn finished(color: vec4<f32>, middle: vec2<f32>) -> vec4<f32> {
 fn paint_plain(plain: Corner) -> @location(0) vec4<f32> {
     let middle = middle_of(plain.position);
     let cut = Columns(plain.c0, plain.c1, plain.c2);
-    let value = value_at(cut, plain.u);
+    let u = plain.zero + middle * plain.per_cell;
+    let value = value_at(cut, u);
     var own = 1.0;
     if abs(value) < plain.limit {
-        own = own_share(cut_at(cut, plain.u, plain.per_cell).at);
+        own = own_share(cut_at(cut, u, plain.per_cell).at);
     }
     let share = select(1.0 - own, own, value > 0.0);
     return finished(mix(plain.negative, plain.positive, share), middle);
