@@ -22,11 +22,11 @@ fn the_gallery_has_no_violations() {
 #[test]
 fn stress_pictures_have_no_violations() {
     for (name, source) in [
-        ("rings", stress::rings(200, 5.0)),
-        ("comb", stress::comb(130, 5)),
+        ("rings", stress::rings(120, 5.0)),
+        ("comb", stress::comb(90, 5)),
         ("checkerboard", stress::checkerboard(64)),
-        ("star", stress::star(256, 32)),
-        ("voronoi", stress::voronoi(256, 3000)),
+        ("star", stress::star(160, 32)),
+        ("voronoi", stress::voronoi(128, 700)),
         ("wheel", fixtures::wheel()),
     ] {
         assert_no_violations(name, &source, &[2, 8, 16]);

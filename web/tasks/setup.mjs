@@ -38,7 +38,7 @@ export function cargoTool(name, crate, version, options) {
     // One folder for all tools, because they share dependencies.
     CARGO_TARGET_DIR: at('.tools', 'build'),
     // They run for seconds: it is not worth minutes to make them fast.
-    CARGO_PROFILE_RELEASE_OPT_LEVEL: '1',
+    CARGO_PROFILE_RELEASE_OPT_LEVEL: name === 'wasm-pack' ? '0' : '1',
     CARGO_PROFILE_RELEASE_DEBUG: '0',
   });
 }
