@@ -24,7 +24,7 @@ let served = projects;
 const files = harness.serveFiles((request, response) => answerFrom(served, request, response));
 let browser;
 before(async () => {
-  install();
+  await install();
   rmSync(projects, { recursive: true, force: true });
   browser = await harness.launch();
 });

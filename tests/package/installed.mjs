@@ -20,15 +20,15 @@ export function packed(folder = project) {
 }
 
 /** Makes a project of what package.json and its lock file in `from` say, and installs the packed package there; unless it is all there. */
-export function install(folder = project, from = at('tests', 'package', 'fixtures')) {
+export async function install(folder = project, from = at('tests', 'package', 'fixtures')) {
   const { filename } = packed(folder);
   const inputs = ['package.json', 'package-lock.json'].map((name) => join(from, name));
   for (const path of [...inputs, at('.npmrc')]) copyFileSync(path, join(folder, basename(path)));
-  whenChanged(join(folder, 'node_modules', '.package-lock.json'), inputs, () =>
+  await whenChanged(join(folder, 'node_modules', '.package-lock.json'), inputs, () =>
     npm(folder, 'ci', '--silent'),
   );
   const tarball = join(folder, filename);
-  whenChanged(join(folder, 'node_modules', 'istar', 'package.json'), [tarball, ...inputs], () =>
+  await whenChanged(join(folder, 'node_modules', 'istar', 'package.json'), [tarball, ...inputs], () =>
     npm(folder, 'install', '--silent', '--no-save', '--prefer-offline', tarball),
   );
 }

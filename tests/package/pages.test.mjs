@@ -16,7 +16,7 @@ const files = harness.serveFiles((request, response) => {
 });
 let browser;
 before(async () => {
-  install();
+  await install();
   const dist = join(project, 'node_modules', 'istar', 'dist');
   mkdirSync(join(site, 'js'));
   const needed = readdirSync(dist).filter((name) => name !== 'types');

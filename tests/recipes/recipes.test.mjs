@@ -18,7 +18,7 @@ const files = harness.serveFiles((request, response) => answerFrom(served, reque
 const pictures = harness.temporaryFolder();
 let browser;
 before(async () => {
-  install(project, at('tests', 'recipes'));
+  await install(project, at('tests', 'recipes'));
   for (let i = 0; i < FIGURES; i++) encodedQuilt(pictures, `map${i}`, [64 + 8 * i, 64], '--texel-size', '8');
   browser = await harness.launch();
 });

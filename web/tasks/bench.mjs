@@ -2,7 +2,7 @@
 // the arguments choose some.
 import { existsSync, mkdirSync, rmSync } from 'node:fs';
 import { measureWeb } from '../../tests/bench/open.mjs';
-import { encoderWasm, wasm } from './build.mjs';
+import { wasmModules } from './build.mjs';
 import { at, cli, main, output, run, TaskError, VTRACER } from './project.mjs';
 import { cargoTool } from './setup.mjs';
 
@@ -25,7 +25,7 @@ await main(import.meta.url, async () => {
   if (others.length < words.length && others.every((word) => PICTURES.includes(word))) return;
   // Not in the set-up, because only one table needs it.
   if (others.length === 0 || others.includes('rivals')) {
-    cargoTool('vtracer', 'vtracer', VTRACER, ['--locked']);
+    await cargoTool('vtracer', 'vtracer', VTRACER, ['--locked']);
     rmSync(at('.tools', 'build'), { recursive: true, force: true });
   }
   const opens = others.length === 0 || others.includes('open');
@@ -36,8 +36,7 @@ await main(import.meta.url, async () => {
   const features = opens && others.length > 0 && !others.includes('gpu') ? 'bench' : 'bench,gpu';
   run('cargo', ['bench', '--features', features, '--bench', 'bench', '--', ...others], env);
   if (opens) {
-    wasm();
-    encoderWasm();
+    await wasmModules();
     await measureWeb(folder, at('target', 'web'), at('dist'));
   }
 });

@@ -14,6 +14,7 @@ import {
   output,
   RUST_TARGET,
   run,
+  runBeside,
   WASM_BINDGEN,
   whenChanged,
   writeIfChanged,
@@ -33,14 +34,13 @@ export async function buildForTests() {
 }
 
 async function buildWith(tool, options) {
-  wasm();
-  encoderWasm();
+  await wasmModules();
   await bundle();
   await packageFiles();
   pages();
   // After the pages: the command line tool carries them inside.
   run('cargo', ['build', '--bin', 'istar', ...options]);
-  gallery(tool);
+  await gallery(tool);
 }
 
 /**
@@ -59,27 +59,37 @@ const SMALL = [
   '--one-caller-inline-max-function-size=20',
 ];
 
+/** Both modules, side by side: most of the time each keeps one core busy. */
+export async function wasmModules() {
+  await Promise.all([wasm(), encoderWasm()]);
+}
+
 /** target/web: the viewer's module, its glue and their types, from wasm-bindgen; dist/istar_bg.wasm: the same, smaller. */
-export function wasm() {
-  wasmModule({ name: 'istar', profile: 'wasm', features: 'gpu', optimize: SMALL });
+function wasm() {
+  return wasmModule({ name: 'istar', profile: 'wasm', features: 'gpu', optimize: SMALL });
 }
 
 /** The same for what fits texels to labels: a viewer fetches it for files that hold these. */
-export function encoderWasm() {
-  wasmModule({ name: 'istar_encoder', profile: 'wasm-encoder', features: 'encode', optimize: ['-O3'] });
+function encoderWasm() {
+  return wasmModule({
+    name: 'istar_encoder',
+    profile: 'wasm-encoder',
+    features: 'encode',
+    optimize: ['-O3'],
+  });
 }
 
-function wasmModule({ name, profile, features, optimize }) {
+async function wasmModule({ name, profile, features, optimize }) {
   const target = ['--target', RUST_TARGET, '--no-default-features', '--features', features];
   // Where a panic was is said by file: not by where this machine keeps it.
   const home = process.env.CARGO_HOME ?? join(homedir(), '.cargo');
   const flags = JSON.stringify([`--remap-path-prefix=${home}/registry/src/=`]);
   const config = ['--config', `target.${RUST_TARGET}.rustflags=${flags}`];
-  run('cargo', ['build', '--lib', '--profile', profile, ...target, ...config]);
+  await runBeside('cargo', ['build', '--lib', '--profile', profile, ...target, ...config]);
   if (features === 'gpu') shaders(['build', '--lib', '--profile', profile, ...target, ...config]);
   const compiled = join(cargoTarget, RUST_TARGET, profile, 'istar.wasm');
   const bound = at('target', 'web', `${name}_bg.wasm`);
-  whenChanged(bound, [compiled, WASM_BINDGEN, at('web', 'tasks', 'shorten.mjs')], () => {
+  await whenChanged(bound, [compiled, WASM_BINDGEN, at('web', 'tasks', 'shorten.mjs')], () => {
     // Without a default path: a bundle must name its module once, where bundlers find it.
     const options = ['--target', 'web', '--omit-default-module-path', '--encode-into', 'always'];
     options.push('--out-dir', at('target', 'web'));
@@ -90,8 +100,8 @@ function wasmModule({ name, profile, features, optimize }) {
   // No feature flags: with --all-features the result is refused by Chromium (invalid import kind).
   // The list of features in the module is for such tools alone: the last of them takes it away.
   const options = [...optimize, '--strip-debug', '--strip-producers', '--strip-target-features'];
-  whenChanged(small, [bound, at('package-lock.json'), ...options], () =>
-    run(nodeBin('wasm-opt'), [...options, bound, '-o', small]),
+  await whenChanged(small, [bound, at('package-lock.json'), ...options], () =>
+    runBeside(nodeBin('wasm-opt'), [...options, bound, '-o', small]),
   );
 }
 
@@ -125,11 +135,11 @@ export function pages() {
   for (const name of PAGES) writeIfChanged(at('dist', name), readFileSync(at('web', name)));
 }
 
-function gallery(tool) {
+async function gallery(tool) {
   for (const file of readdirSync(at('web', 'gallery')).filter((name) => name.endsWith('.png'))) {
     const picture = at('web', 'gallery', file);
     const encoded = at('dist', 'gallery', file.replace('.png', '.istar'));
-    whenChanged(encoded, [picture, ...encoderSources()], () => {
+    await whenChanged(encoded, [picture, ...encoderSources()], () => {
       console.log(`Encoding ${file}`);
       run(tool, ['encode', picture, '-o', encoded]);
     });

@@ -1,6 +1,6 @@
 // What every task shares: where things lie, the tools' versions, how to run a command. Node built-ins only, because set-up runs
 // before node_modules exists.
-import { spawnSync } from 'node:child_process';
+import { spawn, spawnSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
@@ -38,6 +38,18 @@ export function run(command, args, env = {}) {
   if (status !== 0) throw new TaskError(`${command} ${args.join(' ')} failed (${signal ?? status}).`);
 }
 
+/** The same, while others run. */
+export function runBeside(command, args, env = {}) {
+  return new Promise((done, fail) => {
+    const child = spawn(command, args, { cwd: root, stdio: 'inherit', env: { ...process.env, ...env } });
+    child.on('error', (error) => fail(new TaskError(`${command} could not be run: ${error.message}`)));
+    child.on('close', (status, signal) => {
+      if (status === 0) done();
+      else fail(new TaskError(`${command} ${args.join(' ')} failed (${signal ?? status}).`));
+    });
+  });
+}
+
 /** What a command prints, or undefined where it fails or does not exist. */
 export function output(command, args) {
   const { status, stdout } = spawnSync(command, args, { cwd: root, encoding: 'utf8' });
@@ -53,14 +65,14 @@ export function writeIfChanged(path, content) {
 }
 
 /** Does a job unless it has been done with the same inputs and its output is still there. */
-export function whenChanged(output, inputs, job) {
+export async function whenChanged(output, inputs, job) {
   const hash = createHash('sha256');
   for (const input of inputs) hash.update(existsSync(input) ? readFileSync(input) : input).update('\0');
   const key = hash.digest('hex');
   const stamp = at('target', 'stamps', output.slice(root.length).replaceAll(/\W+/g, '-'));
   if (existsSync(output) && existsSync(stamp) && readFileSync(stamp, 'utf8') === key) return;
   mkdirSync(dirname(output), { recursive: true });
-  job();
+  await job();
   writeIfChanged(stamp, key);
 }
 

@@ -2,26 +2,40 @@
 // the tests need.
 import { existsSync, rmSync, statSync } from 'node:fs';
 import { join } from 'node:path';
-import { at, bin, main, output, RUST_TARGET, run, TaskError, WASM_BINDGEN, WASM_PACK } from './project.mjs';
+import {
+  at,
+  bin,
+  main,
+  output,
+  RUST_TARGET,
+  run,
+  runBeside,
+  TaskError,
+  WASM_BINDGEN,
+  WASM_PACK,
+} from './project.mjs';
 
 const TEST_PACKAGES = ['chromium', 'chromium-driver', 'mesa-vulkan-drivers', 'libvulkan1'];
 
-export function setup({ tests }) {
-  compiler();
+export async function setup({ tests }) {
+  await compiler();
   rustTarget();
-  // --locked fails to build for wasm-bindgen-cli: its lock file names a webpki-roots that no longer compiles.
-  cargoTool('wasm-bindgen', 'wasm-bindgen-cli', WASM_BINDGEN, []);
-  if (tests) cargoTool('wasm-pack', 'wasm-pack', WASM_PACK, ['--locked']);
-  rmSync(at('.tools', 'build'), { recursive: true, force: true });
-  nodeModules();
-  if (tests) debianPackages(TEST_PACKAGES);
+  // While compilers keep the cores busy, the rest waits for the network.
+  await Promise.all([cargoTools(tests), nodeModules(), tests ? debianPackages(TEST_PACKAGES) : undefined]);
 }
 
-function compiler() {
+async function cargoTools(tests) {
+  // --locked fails to build for wasm-bindgen-cli: its lock file names a webpki-roots that no longer compiles.
+  await cargoTool('wasm-bindgen', 'wasm-bindgen-cli', WASM_BINDGEN, []);
+  if (tests) await cargoTool('wasm-pack', 'wasm-pack', WASM_PACK, ['--locked']);
+  rmSync(at('.tools', 'build'), { recursive: true, force: true });
+}
+
+async function compiler() {
   if (output('cargo', ['--version']) === undefined) {
     throw new TaskError('Rust is missing. Install it from https://rustup.rs, then run this again.');
   }
-  if (output('cc', ['--version']) === undefined) debianPackages(['build-essential']);
+  if (output('cc', ['--version']) === undefined) await debianPackages(['build-essential']);
 }
 
 function rustTarget() {
@@ -30,27 +44,31 @@ function rustTarget() {
   run('rustup', ['target', 'add', RUST_TARGET]);
 }
 
-export function cargoTool(name, crate, version, options) {
+export async function cargoTool(name, crate, version, options) {
   // Not all call themselves by their command's name.
   if (output(bin(name), ['--version'])?.trim().endsWith(` ${version}`)) return;
   console.log(`Installing ${crate} ${version} into .tools (some minutes, once)`);
-  run('cargo', ['install', crate, '--version', version, '--root', at('.tools'), '--force', ...options], {
-    // One folder for all tools, because they share dependencies.
-    CARGO_TARGET_DIR: at('.tools', 'build'),
-    // They run for seconds: it is not worth minutes to make them fast.
-    CARGO_PROFILE_RELEASE_OPT_LEVEL: name === 'wasm-pack' ? '0' : '1',
-    CARGO_PROFILE_RELEASE_DEBUG: '0',
-  });
+  await runBeside(
+    'cargo',
+    ['install', crate, '--version', version, '--root', at('.tools'), '--force', ...options],
+    {
+      // One folder for all tools, because they share dependencies.
+      CARGO_TARGET_DIR: at('.tools', 'build'),
+      // They run for seconds: it is not worth minutes to make them fast.
+      CARGO_PROFILE_RELEASE_OPT_LEVEL: name === 'wasm-pack' ? '0' : '1',
+      CARGO_PROFILE_RELEASE_DEBUG: '0',
+    },
+  );
 }
 
-function nodeModules() {
+async function nodeModules() {
   const installed = at('node_modules', '.package-lock.json');
   if (existsSync(installed) && statSync(installed).mtimeMs >= statSync(at('package-lock.json')).mtimeMs)
     return;
-  run('npm', ['ci']);
+  await runBeside('npm', ['ci']);
 }
 
-function debianPackages(names) {
+async function debianPackages(names) {
   if (output('dpkg-query', ['--version']) === undefined) {
     console.log(`This is not Debian: make sure that these are installed: ${names.join(', ')}`);
     return;
@@ -65,8 +83,8 @@ function debianPackages(names) {
       `Some packages are missing. Run this, then start again:\n  sudo sh -c 'apt-get update && apt-get ${install.join(' ')}'`,
     );
   }
-  run('apt-get', ['update']);
-  run('apt-get', install, { DEBIAN_FRONTEND: 'noninteractive' });
+  await runBeside('apt-get', ['update']);
+  await runBeside('apt-get', install, { DEBIAN_FRONTEND: 'noninteractive' });
 }
 
 await main(import.meta.url, () => setup({ tests: true }));

@@ -7,7 +7,7 @@ import { setup } from './setup.mjs';
 
 await main(import.meta.url, async () => {
   const { values } = parseArgs({ options: { port: { type: 'string' } } });
-  setup({ tests: false });
+  await setup({ tests: false });
   await build();
   // The tool prints its address, and says so where the port is taken.
   const server = spawn(cli, ['view', at('dist'), '--port', values.port ?? process.env.PORT ?? '8080'], {

@@ -2,7 +2,7 @@
 import { existsSync, readdirSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { delimiter, join } from 'node:path';
-import { buildForTests, encoderWasm, wasm } from './build.mjs';
+import { buildForTests, wasmModules } from './build.mjs';
 import { at, main, nodeBin, run, TaskError, whenChanged } from './project.mjs';
 import { setup } from './setup.mjs';
 
@@ -15,10 +15,9 @@ const steps = {
   format: () => run('cargo', ['fmt', '--check']),
   lint: () => run(nodeBin('biome'), ['check', '--error-on-warnings', '.']),
   build: buildForTests,
-  types: () => {
+  types: async () => {
     // The types of the wasm modules are made with them.
-    wasm();
-    encoderWasm();
+    await wasmModules();
     run(nodeBin('tsc'), ['-p', 'web']);
   },
   clippy: () => run('cargo', ['clippy', '--all-targets', '--features', 'bench,gpu', '--', '-D', 'warnings']),
@@ -50,10 +49,10 @@ const steps = {
 
 /** Only where they are named, because what they need takes long to install. */
 const others = {
-  recipes: () => {
+  recipes: async () => {
     const folder = at('.tools', 'docs');
     const wanted = at('tests', 'recipes', 'requirements.txt');
-    whenChanged(join(folder, 'bin', 'mdbook'), [wanted], () => {
+    await whenChanged(join(folder, 'bin', 'mdbook'), [wanted], () => {
       run('python3', ['-m', 'venv', '--clear', folder]);
       const pip = ['-m', 'pip', 'install', '--quiet', '--disable-pip-version-check'];
       run(join(folder, 'bin', 'python'), [...pip, '-r', wanted]);
