@@ -104,9 +104,16 @@ export async function newPage(browser, options = {}) {
   return { page, uncaught, close: () => context.close() };
 }
 
-/** Opens the full-window page and waits for the picture. */
-export async function openViewer(page, base, { src = 'gallery/map.istar', backend = 'webgl2' } = {}) {
-  await page.goto(`${base}view.html?backend=${backend}&src=${encodeURIComponent(src)}`);
+/**
+ * Opens the full-window page and waits for the picture: at a place (`x,y,scale`) if one is given, since all of a large picture takes
+ * software its time to draw.
+ */
+export async function openViewer(
+  page,
+  base,
+  { src = 'gallery/map.istar', backend = 'webgl2', place = '' } = {},
+) {
+  await page.goto(`${base}view.html?backend=${backend}&src=${encodeURIComponent(src)}#view=${place}`);
   await event(page, 'load');
 }
 

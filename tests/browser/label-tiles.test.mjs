@@ -5,11 +5,11 @@ import { test } from 'node:test';
 import * as harness from './harness.mjs';
 import { encodedQuilt } from './pictures.mjs';
 
-const VIEWPORT = { width: 480, height: 360 };
+const VIEWPORT = { width: 240, height: 180 };
 
 const run = harness.session();
 const folder = harness.temporaryFolder();
-const file = encodedQuilt(folder, 'quilt', [2048, 1536], '--stream', '--tile-size', '256');
+const file = encodedQuilt(folder, 'quilt', [1024, 768], '--stream', '--tile-size', '128');
 const whole = readFileSync(file);
 const damaged = Buffer.from(whole);
 // In the last tile of the finest level.
@@ -59,10 +59,10 @@ for (const backend of [...harness.BACKENDS, 'cpu']) {
     await settled(page);
     // Almost all of it; where four tiles meet, from close by and from further off; and at a level between.
     for (const [x, y, scale] of [
-      [1010.3, 760.7, 0.251],
-      [512, 512, 1.5],
-      [1024.25, 768.5, 40],
-      [1100, 700, 0.4],
+      [505.3, 380.7, 0.251],
+      [256, 256, 1.5],
+      [512.25, 384.5, 40],
+      [550, 350, 0.4],
     ]) {
       await harness.zoomTo(page, x, y, scale);
       await looksRight(page, `label-tiles-${scale}-${backend}`);
@@ -80,12 +80,12 @@ test('a view fetches the tiles of labels that it shows, each once', async () => 
   const { page, close } = await open('quilt.istar', 'webgl2');
   await settled(page);
   asked = [];
-  await harness.zoomTo(page, 900.5, 900.5, 3);
+  await harness.zoomTo(page, 450.5, 450.5, 3);
   const bytes = asked.reduce((sum, [from, to]) => sum + to - from, 0);
   console.log(`a place: ${asked.length} requests, ${bytes} bytes of ${whole.length}`);
   assert.ok(asked.length <= 2 && bytes < whole.length / 6, `${asked.length} requests, ${bytes} bytes`);
   asked = [];
-  await harness.zoomTo(page, 905.5, 900.5, 3.5);
+  await harness.zoomTo(page, 455.5, 450.5, 3.5);
   assert.deepEqual(asked, []);
   await close();
 });
@@ -93,9 +93,9 @@ test('a view fetches the tiles of labels that it shows, each once', async () => 
 test('a damaged tile of labels is replaced by what is coarser, and the others are sharp', async () => {
   const { page, uncaught, close } = await open('damaged.istar', 'webgl2');
   await settled(page);
-  await harness.zoomTo(page, 1920.5, 1400.5, 4);
+  await harness.zoomTo(page, 960.5, 700.5, 4);
   assert.ok(harness.colors(await harness.shot(page)) > 1);
-  await harness.zoomTo(page, 700.5, 500.5, 2);
+  await harness.zoomTo(page, 350.5, 250.5, 2);
   await looksRight(page, 'label-tiles-beside-damaged');
   assert.deepEqual(uncaught, []);
   await close();
@@ -137,7 +137,7 @@ test('an encoder that cannot be fetched is told, and may be tried again', async 
     document.querySelector('istar-viewer').src = src;
   }, `${files.base}quilt.istar?again`);
   await settled(page);
-  await harness.zoomTo(page, 700.5, 500.5, 2);
+  await harness.zoomTo(page, 350.5, 250.5, 2);
   await looksRight(page, 'label-tiles-again');
   assert.deepEqual(uncaught, []);
   await close();

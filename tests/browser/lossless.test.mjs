@@ -6,14 +6,16 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
+import { encodedLands } from './pictures.mjs';
 
 const SIZE = { width: 480, height: 360 };
 
 const run = harness.session();
-const file = join(harness.temporaryFolder(), 'crop.istar');
+const folder = harness.temporaryFolder();
+const [file, lands] = [join(folder, 'crop.istar'), encodedLands(folder)];
 execFileSync(cli, ['encode', at('tests', 'fixtures', 'crop.png'), '-o', file, '--lossless']);
 const files = harness.serveFiles((request, response) => {
-  const bytes = readFileSync(file);
+  const bytes = readFileSync(request.url.startsWith('/lands') ? lands : file);
   // Its labels are at the end.
   if (request.url.startsWith('/damaged')) bytes[bytes.length - 9] ^= 1;
   response.end(bytes);
@@ -55,7 +57,7 @@ test('a damaged file without loss is told, and the next one is shown', async () 
 });
 
 test('the encoder is fetched only for files without loss', async () => {
-  const { page, asked, close } = await opened('gallery/emblem.istar', 'webgl2');
+  const { page, asked, close } = await opened(`${files.base}lands.istar`, 'webgl2');
   await harness.event(page, 'load');
   assert.deepEqual(asked, []);
   await page.evaluate((src) => {
@@ -68,7 +70,7 @@ test('the encoder is fetched only for files without loss', async () => {
 });
 
 test('a figure that goes while texels are fitted ends its worker, and the next one gets its own', async () => {
-  const { page, uncaught, close } = await opened('gallery/emblem.istar', 'webgl2');
+  const { page, uncaught, close } = await opened(`${files.base}lands.istar`, 'webgl2');
   await harness.event(page, 'load');
   // The first encoder never arrives: its worker is there until the figure goes.
   let held = true;

@@ -18,6 +18,11 @@ export function encodedQuilt(folder, name, size, ...options) {
   return encoded(folder, name, size, quilt, ...options);
 }
 
+/** The same four times as large, which takes a fraction of the time for each of its pixels. */
+export function encodedLargeQuilt(folder, name, size, ...options) {
+  return encoded(folder, name, size, (x, y) => quilt(x >> 2, y >> 2), ...options);
+}
+
 /** A strip above three lands, one of which has a lake, in 96 × 64 pixels; the third land has no name. */
 export function encodedLands(folder) {
   const names = join(folder, 'names.csv');

@@ -39,7 +39,7 @@ const places = (page) =>
     ),
   );
 
-/** Moves the view of a figure, and gives the address the time to follow. */
+/** Moves the view of a figure. */
 async function show(page, place, figure = 0) {
   await page.evaluate(
     async ([place, figure]) => {
@@ -49,8 +49,12 @@ async function show(page, place, figure = 0) {
     },
     [place, figure],
   );
-  await page.waitForTimeout(400);
 }
+
+/** Waits until the page's address says so. */
+const says = (page, fragment) => page.waitForFunction((fragment) => location.hash === fragment, fragment);
+/** As long as it takes for an address to follow. */
+const followed = (page) => page.waitForTimeout(400);
 
 const fragment = (page) => new URL(page.url()).hash;
 
@@ -73,6 +77,7 @@ test('a place is what it was set to, digit by digit', async () => {
   }
   await show(page, '7,8,-1');
   assert.equal(await places(page).then(([place]) => place.split(',')[2] > 0), true);
+  await followed(page);
   assert.equal(fragment(page), '', 'nobody asked for it');
   assert.deepEqual(uncaught, []);
   await close();
@@ -108,11 +113,10 @@ test('a view at 10⁹× is the same after a reload', async () => {
   await page.mouse.move(250, 82);
   await page.mouse.move(253, 79);
   await page.mouse.up();
-  await page.waitForTimeout(500);
   const [place] = await places(page);
+  await says(page, `#view=${place}`);
   const before = await harness.shot(page);
   assert.ok(harness.colors(before) > 1, 'a boundary is in sight');
-  assert.equal(fragment(page), `#view=${place}`);
 
   await page.reload();
   await loaded(page, 1);
@@ -127,9 +131,11 @@ test('figures have names of their own, and other parts of the fragment stay', as
   const { page, uncaught, close } = await open(['left', 'right', null], first);
   const [left, right, none] = await places(page);
   assert.deepEqual([left, right], ['100,200,4', '1000.5,700,8']);
+  await says(page, '#chapter&left=100,200,4&right=1000.5,700,8');
   await show(page, '33,44,5', 1);
-  assert.equal(fragment(page), '#chapter&left=100,200,4&right=33,44,5');
+  await says(page, '#chapter&left=100,200,4&right=33,44,5');
   await show(page, '1,2,3', 2);
+  await followed(page);
   assert.equal(fragment(page), '#chapter&left=100,200,4&right=33,44,5');
   assert.notEqual(none, left);
 
@@ -149,7 +155,7 @@ test('figures have names of their own, and other parts of the fragment stay', as
     await viewer.painted;
     viewer.remove();
   });
-  await page.waitForTimeout(500);
+  await followed(page);
   assert.equal(fragment(page), '#right=33,44,5');
   assert.deepEqual(uncaught, []);
   await close();
@@ -187,6 +193,7 @@ test('an address that may not be changed is left alone, and a new picture starts
     };
   });
   await show(page, '1,2,3');
+  await followed(page);
   assert.equal(fragment(page), '#view=100,200,4');
   await page.evaluate(() => {
     delete history.replaceState;

@@ -1,12 +1,20 @@
 // Figures of odd sizes, out of sight, taken away while they load, on machines that are too slow.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { afterEach, beforeEach, test } from 'node:test';
-import { at } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
+import { encodedLands, encodedQuilt } from './pictures.mjs';
 
 const VIEWPORT = { width: 480, height: 360 };
 
 const run = harness.session();
+const folder = harness.temporaryFolder();
+const file = encodedQuilt(folder, 'quilt', [600, 300], '--texel-size', '8');
+encodedLands(folder);
+const files = harness.serveFiles((request, response) =>
+  response.end(readFileSync(join(folder, request.url.slice(1)))),
+);
 let page;
 let uncaught;
 let close;
@@ -36,7 +44,7 @@ async function start(options) {
   });
 }
 
-const open = (options) => harness.openViewer(page, run.server.url, options);
+const open = () => harness.openViewer(page, run.server.url, { src: `${files.base}quilt.istar` });
 const frames = () => page.evaluate(() => window.copied.splice(0));
 const style = (css) =>
   page.evaluate((css) => {
@@ -48,14 +56,13 @@ async function looksRight(name, size) {
   const place = await harness.place(page);
   const actual = await harness.shot(page);
   const ratio = await page.evaluate(() => devicePixelRatio);
-  const file = at('dist', 'gallery', 'map.istar');
   const expected = harness.oracle(file, { ...place, scale: place.scale * ratio }, size);
   harness.assertAlike(`robust-${name}`, actual, expected);
 }
 
 test('a figure of another size shows the same place at the same scale, sharp', async () => {
   await open();
-  await harness.zoomTo(page, 3080, 740, 1.5);
+  await harness.zoomTo(page, 308, 150, 1.5);
   const before = await harness.place(page);
   for (const [width, height] of [
     [301, 123],
@@ -76,7 +83,7 @@ test('a screen of one and a half pixels a pixel gets all of them', async () => {
   await close();
   await start({ deviceScaleFactor: 1.5 });
   await open();
-  await harness.zoomTo(page, 3080, 740, 2);
+  await harness.zoomTo(page, 308, 150, 2);
   await looksRight('dense', { width: 720, height: 540 });
 });
 
@@ -86,11 +93,11 @@ test('a figure without a size is no fault, and is drawn when it gets one', async
       document.querySelector('istar-viewer').style.cssText = 'width: 0; height: 0';
     });
   });
-  await page.goto(`${run.server.url}view.html?backend=webgl2&src=gallery/map.istar`);
+  await page.goto(`${run.server.url}view.html?backend=webgl2&src=${files.base}quilt.istar`);
   await page.waitForFunction(() => document.querySelector('istar-viewer')?.backend === 'webgl2');
   await page.evaluate(() => {
     const viewer = document.querySelector('istar-viewer');
-    viewer.zoomTo(3080, 740, 2);
+    viewer.zoomTo(308, 150, 2);
     viewer.pick(0, 0);
     viewer.regionsWithin([[0, 0]]);
   });
@@ -103,7 +110,7 @@ test('a figure without a size is no fault, and is drawn when it gets one', async
   await frames();
   for (const none of ['width: 0', 'height: 0', 'display: none', 'width: 0; height: 0']) {
     await style(none);
-    await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(3081, 741, 2));
+    await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(309, 151, 2));
     await page.waitForTimeout(100);
   }
   assert.deepEqual(await frames(), []);
@@ -129,14 +136,14 @@ test('out of sight nothing is drawn but what is waited for', async () => {
   await page.waitForTimeout(200);
   await frames();
   for (let i = 0; i < 5; i++) {
-    await page.evaluate((i) => document.querySelector('istar-viewer').zoomTo(3080, 740 + i, 2), i);
+    await page.evaluate((i) => document.querySelector('istar-viewer').zoomTo(308, 150 + i, 2), i);
     await page.waitForTimeout(30);
   }
   assert.deepEqual(await frames(), []);
   // A program that asks for the picture gets it.
   await looksRight('unseen', VIEWPORT);
   assert.equal((await frames()).length, 1);
-  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(3080, 740, 3));
+  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(308, 150, 3));
   await page.waitForTimeout(100);
   assert.deepEqual(await frames(), []);
   await page.evaluate(() => scrollTo(0, 0));
@@ -153,7 +160,7 @@ test('in a hidden tab nothing is drawn', async () => {
     window.requestAnimationFrame = (step) => window.held.push(step);
   });
   for (let i = 0; i < 5; i++) {
-    await page.evaluate((i) => document.querySelector('istar-viewer').zoomTo(3080, 740 + i, 2), i);
+    await page.evaluate((i) => document.querySelector('istar-viewer').zoomTo(308, 150 + i, 2), i);
   }
   await page.waitForTimeout(100);
   assert.deepEqual(await frames(), []);
@@ -163,30 +170,30 @@ test('in a hidden tab nothing is drawn', async () => {
 });
 
 test('taken away or changed while it loads, over and over, a figure shows its last picture', async () => {
-  await page.goto(`${run.server.url}view.html?backend=webgl2&src=gallery/emblem.istar`);
-  await page.evaluate(async () => {
+  await page.goto(`${run.server.url}view.html?backend=webgl2&src=${files.base}lands.istar`);
+  await page.evaluate(async (base) => {
     const viewer = document.querySelector('istar-viewer');
     const pause = (ms) => new Promise((done) => setTimeout(done, ms));
     for (let i = 0; i < 30; i++) {
-      viewer.src = `gallery/${i % 2 ? 'map' : 'emblem'}.istar`;
+      viewer.src = `${base}${i % 2 ? 'quilt' : 'lands'}.istar`;
       await pause((i * 7) % 40);
       if (i % 3 === 0) viewer.remove();
       await pause((i * 5) % 30);
       if (!viewer.isConnected) document.body.append(viewer);
       if (i % 4 === 0) document.body.prepend(viewer);
     }
-    viewer.src = 'gallery/emblem.istar';
+    viewer.src = `${base}lands.istar`;
     await pause(1);
     viewer.remove();
     window.seen = [];
     window.taken = viewer;
     await pause(300);
-  });
+  }, files.base);
   assert.deepEqual(await names(), [], 'nothing is told of a figure that is gone');
-  await page.evaluate(() => {
-    window.taken.src = 'gallery/map.istar';
+  await page.evaluate((src) => {
+    window.taken.src = src;
     document.body.append(window.taken);
-  });
+  }, `${files.base}quilt.istar`);
   await harness.event(page, 'load');
   await looksRight('last', VIEWPORT);
   assert.deepEqual(
@@ -197,7 +204,7 @@ test('taken away or changed while it loads, over and over, a figure shows its la
 
 test('a view that moves too slowly is drawn coarsely, and sharply as soon as it rests', async () => {
   await open();
-  await harness.zoomTo(page, 3080, 740, 2);
+  await harness.zoomTo(page, 308, 150, 2);
   const still = await harness.shot(page);
   /** Moves for so many frames, and what was drawn until they were. */
   const move = (count) =>
@@ -205,10 +212,10 @@ test('a view that moves too slowly is drawn coarsely, and sharply as soon as it 
       const viewer = document.querySelector('istar-viewer');
       window.copied = [];
       for (let i = 0; i < count; i++) {
-        viewer.zoomTo(3080 + i, 740, 2);
+        viewer.zoomTo(308 + i, 150, 2);
         await new Promise(requestAnimationFrame);
       }
-      viewer.zoomTo(3080, 740, 2);
+      viewer.zoomTo(308, 150, 2);
       return window.copied.splice(0);
     }, count);
   // A clock by which every frame is in time.

@@ -8,14 +8,13 @@ import * as harness from './harness.mjs';
 const SHARE = 0.004;
 const SIZE = { width: 360, height: 270 };
 const FILE = at('dist', 'gallery', 'map.istar');
-const PLACE = [3080, 740];
+const PLACE = '3080,740,2';
 
 const run = harness.session();
 
 async function opened(backend) {
   const opened = await harness.newPage(run.browser, { viewport: SIZE });
-  await harness.openViewer(opened.page, run.server.url, { backend });
-  await harness.zoomTo(opened.page, ...PLACE, 2);
+  await harness.openViewer(opened.page, run.server.url, { backend, place: PLACE });
   return opened;
 }
 

@@ -5,17 +5,19 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { gzipSync } from 'node:zlib';
 import * as harness from './harness.mjs';
-import { encodedQuilt, huge } from './pictures.mjs';
+import { encodedLargeQuilt, encodedQuilt, huge } from './pictures.mjs';
 
-const VIEWPORT = { width: 480, height: 360 };
+const VIEWPORT = { width: 240, height: 180 };
 
 const run = harness.session();
 const folder = harness.temporaryFolder();
-const quilted = readFileSync(encodedQuilt(folder, 'quilt', [2048, 1536], '--tile-size', '256'));
-/** The picture of 2048 × 1536 in tiles of 256 and three levels; and the huge one. */
+const quilted = readFileSync(
+  encodedQuilt(folder, 'quilt', [1024, 768], '--tile-size', '128', '--texel-size', '4'),
+);
+/** The picture of 1024 × 768 in tiles of 128 and three levels; and the huge one. */
 const pictures = {
   quilt: { length: quilted.length, slice: (from, to) => quilted.subarray(from, to) },
-  huge: huge(readFileSync(encodedQuilt(folder, 'small', [1024, 1024]))),
+  huge: huge(readFileSync(encodedLargeQuilt(folder, 'small', [1024, 1024], '--texel-size', '8'))),
 };
 /** Requests by name, as [from, to] of bytes; null for a whole file. */
 let asked;
@@ -73,9 +75,9 @@ for (const backend of harness.BACKENDS) {
     await looksRight(page, `tiles-whole-${backend}`);
     // Where four tiles meet, from close by and from further off, and at a level between.
     for (const [x, y, scale] of [
-      [512, 512, 1.5],
-      [1024.25, 768.5, 40],
-      [1100, 700, 0.4],
+      [256, 256, 1.5],
+      [512.25, 384.5, 40],
+      [550, 350, 0.4],
     ]) {
       await harness.zoomTo(page, x, y, scale);
       await looksRight(page, `tiles-${scale}-${backend}`);
@@ -106,7 +108,7 @@ test('a picture of 65,536 by 65,536 pixels is sharp after three requests and 200
 test('a view fetches the tiles that it shows, each once, and what was seen is there', async () => {
   const { page, close } = await open('quilt.istar');
   await settled(page);
-  const tile = 256;
+  const tile = 128;
   // Tiles that a view shows: by its place and its size, at the finest level.
   const columns = (at, scale, extent, most) => {
     const reach = extent / scale / 2;
@@ -114,9 +116,9 @@ test('a view fetches the tiles that it shows, each once, and what was seen is th
     return Math.min(most - 1, Math.ceil((at + reach) / tile) - 1) - from + 1;
   };
   for (const [x, y, scale] of [
-    [300.5, 300.5, 1],
-    [900.5, 900.5, 2],
-    [1500.5, 600.5, 9],
+    [150.5, 150.5, 1],
+    [450.5, 450.5, 2],
+    [750.5, 300.5, 9],
   ]) {
     asked = [];
     await harness.zoomTo(page, x, y, scale);
@@ -126,7 +128,7 @@ test('a view fetches the tiles that it shows, each once, and what was seen is th
     assert.ok(bytesAsked() <= most, `${bytesAsked()} bytes for ${tiles} tiles`);
   }
   asked = [];
-  await harness.zoomTo(page, 300.5, 300.5, 1);
+  await harness.zoomTo(page, 150.5, 150.5, 1);
   assert.deepEqual(asked, []);
   await close();
 });
@@ -146,7 +148,7 @@ test('what is coarse is shown until what is fine is there, and there never is a 
       const colors = new Set(new Uint32Array(data.buffer));
       return { holes: data.filter((byte, i) => i % 4 === 3 && byte < 255).length, colors: colors.size };
     });
-  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(1000, 700, 3));
+  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(500, 350, 3));
   await page.waitForTimeout(200);
   const before = await pixels();
   assert.equal(before.holes, 0);
@@ -171,11 +173,11 @@ test('what a moved view no longer needs is not waited for', async () => {
   await settled(page);
   isHeld = true;
   asked = [];
-  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(1000, 700, 3));
+  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(500, 350, 3));
   while (asked.length === 0) await page.waitForTimeout(50);
   isHeld = false;
   assert.deepEqual(ended, []);
-  await harness.zoomTo(page, 1900, 1400, 3);
+  await harness.zoomTo(page, 950, 700, 3);
   for (let wait = 0; ended.length === 0 && wait < 40; wait++) await page.waitForTimeout(50);
   assert.ok(ended.length > 0);
   await close();
@@ -220,7 +222,7 @@ for (const [name, answer] of Object.entries(servers)) {
   test(`a server ${name} will do`, async () => {
     const { page, uncaught, close } = await open('quilt.odd', { answer: { odd: answer } });
     await settled(page);
-    await harness.zoomTo(page, 700.5, 500.5, 2);
+    await harness.zoomTo(page, 350.5, 250.5, 2);
     await looksRight(page, `tiles-odd-${name.replaceAll(' ', '-')}`);
     assert.deepEqual(uncaught, []);
     await close();
@@ -237,11 +239,11 @@ test('a file that changes midway is read anew, once', async () => {
   await settled(page);
   version++;
   const loads = () => page.evaluate(() => window.seen.filter(({ name }) => name === 'load').length);
-  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(700, 500, 3));
+  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(350, 250, 3));
   await page.waitForFunction(() => window.seen.filter(({ name }) => name === 'load').length === 2);
   assert.equal(await loads(), 2);
   version++;
-  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(1700, 1200, 3));
+  await page.evaluate(() => document.querySelector('istar-viewer').zoomTo(850, 600, 3));
   assert.equal((await harness.event(page, 'error')).kind, 'changed');
   await close();
 });
@@ -257,9 +259,9 @@ test('a damaged tile is replaced by what is coarser, and the others are sharp', 
   };
   const { page, uncaught, close } = await open('quilt.damaged', { answer: { damaged } });
   await settled(page);
-  await harness.zoomTo(page, 1920.5, 1400.5, 4);
+  await harness.zoomTo(page, 960.5, 700.5, 4);
   assert.ok(harness.colors(await harness.shot(page)) > 1);
-  await harness.zoomTo(page, 700.5, 500.5, 2);
+  await harness.zoomTo(page, 350.5, 250.5, 2);
   await looksRight(page, 'tiles-beside-damaged');
   assert.deepEqual(uncaught, []);
   await close();
