@@ -79,6 +79,15 @@ for (const [name, kind, text] of failures) {
     assert.equal(detail.kind, kind);
     assert.match(detail.message, text);
     await alertOf(page).getByText(detail.message).waitFor();
+    // Who asks only now is told too.
+    const asked = await page.evaluate(() => {
+      const viewer = document.querySelector('istar-viewer');
+      return Promise.allSettled([viewer.painted, viewer.toBlob(), viewer.toBlob({ width: 9 })]);
+    });
+    for (const { status, reason } of asked) {
+      assert.equal(status, 'rejected');
+      assert.equal(reason.message, detail.message);
+    }
 
     mended.add(`${name}-once`);
     await page.getByRole('button', { name: 'Retry' }).click();

@@ -56,7 +56,7 @@ const loaded = (page, count) =>
   page.waitForFunction((count) => window.seen.filter(({ name }) => name === 'load').length >= count, count);
 
 test('two figures of one file fetch it once, and one that goes takes nothing from the other', async () => {
-  const figure = `backend="webgl2" alt="A quilt" src="made/quilt.istar"`;
+  const figure = `backend="webgl2" loading="eager" alt="A quilt" src="made/quilt.istar"`;
   const { page, uncaught, warned, close } = await open([figure, figure]);
   await loaded(page, 2);
   assert.ok(asked.length >= 2, 'the head, and what follows');
@@ -75,6 +75,65 @@ test('two figures of one file fetch it once, and one that goes takes nothing fro
     document.querySelector('istar-viewer').src = '';
   });
   assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('a figure far from the window fetches nothing until it comes near, unless it is told or asked to', async () => {
+  const figure = (name, more = '') =>
+    `${more} backend="webgl2" alt="Lands" id="${name}" src="made/lands.istar?${name}"`;
+  const { page, uncaught, close } = await open([
+    figure('near'),
+    figure('eager', 'loading="eager" style="margin: 2000px 400px 0 0"'),
+    figure('far'),
+    figure('asked', 'loading="lazy"'),
+    figure('hastened', 'loading="lazy"'),
+  ]);
+  await loaded(page, 2);
+  const names = () => [...new Set(asked.map((request) => /\?(\w+)/.exec(request)[1]))];
+  assert.deepEqual(names().sort(), ['eager', 'near']);
+  await page.evaluate(() => document.querySelector('#asked').painted);
+  await page.evaluate(() => document.querySelector('#hastened').setAttribute('loading', 'eager'));
+  await loaded(page, 4);
+  assert.deepEqual(names().sort(), ['asked', 'eager', 'hastened', 'near']);
+  await page.evaluate(() => scrollTo(0, 1500));
+  await loaded(page, 5);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('a picture stays where it was when the page takes another address', async () => {
+  const { page, uncaught, close } = await open(['backend="webgl2" alt="A quilt" loading="eager"']);
+  await page.evaluate(() => {
+    document.querySelector('istar-viewer').src = 'made/quilt.istar';
+    history.pushState(null, '', 'elsewhere/page');
+  });
+  await loaded(page, 1);
+  assert.ok(asked.length >= 2, 'the head, and what follows');
+  for (const request of asked) assert.ok(request.startsWith(`${run.server.url}made/`), request);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('the image inside gives the figure its shape and its words until the file does', async () => {
+  const { page, close } = await open(['backend="webgl2" style="width: 300px; height: auto"']);
+  const height = () => page.evaluate(() => document.querySelector('istar-viewer').clientHeight);
+  assert.equal(await height(), 200, 'three to two');
+  // Later than the figure, as where the script comes first.
+  await page.evaluate(() => {
+    document.querySelector('istar-viewer').innerHTML = '<img width="400" height="100" alt="Four to one">';
+  });
+  await page.getByRole('application', { name: 'Four to one' }).waitFor();
+  assert.equal(await height(), 75);
+  await page.evaluate(() => {
+    document.querySelector('istar-viewer').innerHTML = '<img width="50" height="-3" alt="Nonsense">';
+  });
+  await page.getByRole('application', { name: 'Nonsense' }).waitFor();
+  assert.equal(await height(), 75);
+  await page.evaluate(() => {
+    document.querySelector('istar-viewer').src = 'made/lands.istar';
+  });
+  await loaded(page, 1);
+  assert.equal(await height(), 200, 'the picture has 96 × 64 pixels');
   await close();
 });
 

@@ -7,6 +7,8 @@ export interface ViewerAttributes {
   src?: string | undefined;
   /** What the picture shows, in words. */
   alt?: string | undefined;
+  /** `eager`: the picture is fetched at once; else when the figure comes near the window. */
+  loading?: 'auto' | 'lazy' | 'eager' | undefined;
   /** The region under the pointer is highlighted. */
   interactive?: boolean | '' | undefined;
   /** Buttons: zoom, all of it, full screen, save. */

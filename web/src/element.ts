@@ -1,10 +1,11 @@
+import { Approach } from './approach.js';
 import { type Backend, chosenBackend } from './backend.js';
 import { Box } from './box.js';
 import type { Controls } from './controls.js';
 import { make, sheetOf } from './dom.js';
 import css from './element.css';
 import { dropRenderer, openFile, type Renderer, sharedRenderer } from './engine.js';
-import { viewerError } from './errors.js';
+import { type ViewerError, viewerError } from './errors.js';
 import type { NamedRegion, ViewerElement, ViewerEvents } from './events.js';
 import { Frames } from './frames.js';
 import { type Finger, listenForGestures } from './gestures.js';
@@ -49,6 +50,7 @@ let sheet: CSSStyleSheet | undefined;
  *
  * @attr {string} src - where the picture is
  * @attr {string} alt - what the picture shows, in words
+ * @attr {'auto' | 'lazy' | 'eager'} loading - `eager`: the picture is fetched at once; else when the figure comes near the window
  * @attr {boolean} interactive - the region under the pointer is highlighted
  * @attr {boolean} controls - buttons: zoom, all of it, full screen, save
  * @attr {boolean} navigator - an overview: a drag in it moves the view
@@ -99,7 +101,7 @@ let sheet: CSSStyleSheet | undefined;
  * @cssprop --istar-accent - what can be pressed, and progress
  */
 export class IStarViewer extends Base {
-  static readonly observedAttributes = ['src', 'alt', 'backend', 'hash', ...BESIDE];
+  static readonly observedAttributes = ['src', 'alt', 'loading', 'backend', 'hash', ...BESIDE];
 
   /** Of the class: what viewers of the page say, in its language, by the English text. To be set before they show a picture. */
   static get words(): Words {
@@ -123,6 +125,7 @@ export class IStarViewer extends Base {
   #beside: Promise<Controls | undefined> | undefined;
   readonly #paper: Paper;
   readonly #box = new Box();
+  readonly #approach = new Approach(this);
   #loading: AbortController | undefined;
   #open = false;
   #backend: Backend | undefined;
@@ -132,6 +135,8 @@ export class IStarViewer extends Base {
   #shown = false;
   /** The file changed while it was read, and is read once more. */
   #again = false;
+  /** Why there is no picture. */
+  #error: ViewerError | undefined;
   /** The device was lost: a new one is awaited, or there and yet to draw a frame. */
   #lost: 'no' | 'waiting' | 'replaced' = 'no';
 
@@ -148,6 +153,10 @@ export class IStarViewer extends Base {
       },
     );
     this.#fallback = make('slot', '');
+    this.#fallback.addEventListener('slotchange', () => {
+      this.#label();
+      this.#shape();
+    });
     this.#paper = new Paper(this.#view);
     this.#stage = make('div', 'stage', this.#view.canvas, this.#box.root);
     this.#stage.tabIndex = 0;
@@ -194,9 +203,11 @@ export class IStarViewer extends Base {
     return this.#backend;
   }
 
-  /** Resolves when the canvas shows the current view; while loading, after the first frame. */
+  /** Resolves when the canvas shows the current view; while loading, after the first frame. Rejects where there is no picture to show. */
   get painted(): Promise<void> {
-    return this.#view.settled();
+    // Who asks for the picture gets it, near or far.
+    this.#approach.now();
+    return this.#error ? Promise.reject(this.#error) : this.#view.settled();
   }
 
   /** Centre in source pixels; scale is CSS pixels per source pixel. */
@@ -278,7 +289,7 @@ export class IStarViewer extends Base {
     this.#label();
     this.#hash.follow(this.getAttribute('hash'));
     this.#paper.watch(true);
-    this.#load();
+    this.#start();
   }
 
   disconnectedCallback(): void {
@@ -287,6 +298,7 @@ export class IStarViewer extends Base {
       if (this.isConnected) return;
       this.#open = false;
       this.#loading?.abort();
+      this.#approach.stop();
       this.#frames.stop();
       this.#view.watch(false);
       this.#hash.follow(null);
@@ -298,20 +310,37 @@ export class IStarViewer extends Base {
   attributeChangedCallback(name: string, before: string | null, now: string | null): void {
     if (!this.#open || before === now) return;
     if (name === 'alt') this.#label();
+    else if (name === 'loading') this.#hasten();
     else if (BESIDE.includes(name)) this.#updateBeside();
     else if (name === 'hash') {
       this.#hash.follow(now);
       this.#hash.read();
     } else {
       if (name === 'src' && this.#shown) this.#hash.forget();
-      this.#load();
+      this.#start();
     }
+  }
+
+  /** Loads the picture as soon as somebody may see it. */
+  #start(): void {
+    this.#stop();
+    this.#approach.wait(() => this.#load());
+    this.#hasten();
+  }
+
+  #hasten(): void {
+    if (this.getAttribute('loading') === 'eager') this.#approach.now();
+  }
+
+  #stop(): void {
+    this.#loading?.abort();
+    this.#error = undefined;
+    this.#close();
   }
 
   async #load(): Promise<void> {
     this.#again = false;
-    this.#loading?.abort();
-    this.#close();
+    this.#stop();
     if (!this.src) return;
     const loading = new AbortController();
     this.#loading = loading;
@@ -373,8 +402,8 @@ export class IStarViewer extends Base {
       }
       dropRenderer(renderer);
     }
-    this.#loading?.abort();
-    this.#close();
+    this.#stop();
+    this.#error = error;
     this.#view.giveUp(error);
     this.#message.error(error);
     this.#emit('error', { kind: error.kind, message: error.message });
@@ -505,6 +534,14 @@ export class IStarViewer extends Base {
 
   get #alt(): string {
     return this.getAttribute('alt') ?? this.querySelector('img')?.alt ?? '';
+  }
+
+  /** The image inside has the shape of the picture, until its file says that. */
+  #shape(): void {
+    const image = this.querySelector('img');
+    const sides = ['width', 'height'].map((name) => Number(image?.getAttribute(name)));
+    if (sides.every((side) => side > 0) && !this.#view.file)
+      this.style.setProperty('--istar-aspect', sides.join(' / '));
   }
 
   #label(): void {

@@ -63,7 +63,9 @@ class SharedSource implements Source {
 const sources = new Map<string, SharedSource>();
 
 /** The page's one source for an address, as long as somebody has not aborted. Nothing is left of it then. */
-export function sharedSource(url: string, signal: AbortSignal, hear: (progress: Progress) => void): Source {
+export function sharedSource(src: string, signal: AbortSignal, hear: (progress: Progress) => void): Source {
+  // As the page's own address is now: programs change that while tiles are still to come. A link throws at nothing.
+  const url = Object.assign(document.createElement('a'), { href: src }).href;
   const source = sources.get(url) ?? new SharedSource(url);
   sources.set(url, source);
   source.heard.add(hear);
