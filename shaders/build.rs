@@ -19,7 +19,7 @@ fn main() {
     }
 }
 
-/// Writes each module as `NAME.rs`, constants for the back ends, and its texts for the web as `NAME.ts`, which a page
+/// Writes each module as `NAME.rs`, constants for the back ends, and its texts for the web as `NAME.js`, which a page
 /// fetches apart from the WebAssembly module: each back end needs only its own.
 #[cfg(feature = "gpu")]
 fn write_shaders() -> Result<(), String> {
@@ -57,10 +57,8 @@ fn write_shaders() -> Result<(), String> {
         );
         // Of each draw the vertex shader and the fragment shader. Such texts are the same in both languages: they
         // are ASCII, and of what is escaped there are only ends of lines.
-        let texts = format!(
-            "export const wgsl = {wgsl:?};\nexport const glsl: [string, string][] = {glsl:?};\n"
-        );
-        for (extension, text) in [("rs", constants), ("ts", texts)] {
+        let texts = format!("export const wgsl = {wgsl:?};\nexport const glsl = {glsl:?};\n");
+        for (extension, text) in [("rs", constants), ("js", texts)] {
             let path = std::path::Path::new(&out).join(shaders.name).with_extension(extension);
             std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
         }

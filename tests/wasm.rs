@@ -326,8 +326,8 @@ async fn renderer_on(backend: &str) -> Renderer {
 
 /// The shaders' texts in one of the two languages, as the build script has written them for pages.
 fn shaders(language: &str) -> JsValue {
-    let texts = include_str!(concat!(env!("OUT_DIR"), "/picture.ts"));
-    let script = texts.replace("export ", "").replace(": [string, string][]", "");
+    let texts = include_str!(concat!(env!("OUT_DIR"), "/picture.js"));
+    let script = texts.replace("export ", "");
     js_sys::Function::new_no_args(&format!("{script} return {language};"))
         .call0(&JsValue::NULL)
         .unwrap()

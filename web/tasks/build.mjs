@@ -105,7 +105,7 @@ async function wasmModule({ name, profile, features, optimize }) {
   );
 }
 
-/** target/web/picture.ts: the shaders, as the crate's build script has written them in such a build. */
+/** target/web/picture.js and its types: the shaders, as the crate's build script has written them in such a build. */
 function shaders(build) {
   const messages = output('cargo', [...build, '--quiet', '--message-format=json']) ?? '';
   const parsed = messages
@@ -116,7 +116,9 @@ function shaders(build) {
     reason === 'build-script-executed' && /\bistar[@#]/.test(package_id);
   const folder = parsed.find(own)?.out_dir;
   if (!folder) throw new TaskError('Cargo does not say where it has put the shaders.');
-  writeIfChanged(at('target', 'web', 'picture.ts'), readFileSync(join(folder, 'picture.ts')));
+  writeIfChanged(at('target', 'web', 'picture.js'), readFileSync(join(folder, 'picture.js')));
+  const types = 'export const wgsl: string;\nexport const glsl: [string, string][];\n';
+  writeIfChanged(at('target', 'web', 'picture.d.ts'), types);
 }
 
 export async function bundle() {
