@@ -107,8 +107,8 @@ mod tests {
     fn they_cover_what_is_seen_and_no_more() {
         // 800 × 600 screen pixels are 100 × 75 of the picture: from 1950 to 2050 and from 962.5 to 1037.5.
         let patches = patches([2000.0, 1000.0], 8.0).unwrap();
-        assert_eq!(patches, Patches { start: [-56.0, -40.0], width: 8.0, count: [14, 10] });
-        assert_eq!((patches.corners(), patches.rows()), (84, 10));
+        assert_eq!(patches, Patches { start: [-52.0, -40.0], width: 4.0, count: [26, 20] });
+        assert_eq!((patches.corners(), patches.rows()), (156, 20));
     }
 
     #[test]
@@ -121,16 +121,16 @@ mod tests {
 
     #[test]
     fn they_are_blocks_or_parts_of_them_and_few() {
-        assert_eq!(patches([2000.0, 1000.0], 0.5), None);
-        assert_eq!(patches([2000.0, 1000.0], 0.7).map(|patches| patches.width), Some(64.0));
-        assert_eq!(
-            patches([2000.0, 1000.0], 1000.0).map(|patches| patches.width),
-            Some(0.125 / 2.0)
-        );
-        for scale in [0.7, 1.0, 3.0, 64.0, 1e3, 4000.0] {
+        let width = |scale| patches([2000.0, 1000.0], scale).map(|patches| patches.width);
+        assert_eq!(width(0.2), None);
+        assert_eq!(width(0.25), Some(64.0));
+        assert_eq!(width(1.0), Some(32.0));
+        assert_eq!(width(1000.0), Some(0.125));
+        for scale in [0.25, 0.7, 1.0, 3.0, 64.0, 1e3, 4000.0] {
             let [columns, rows] = patches([2000.0, 1000.0], scale).unwrap().count;
+            let narrowest = NARROW as u32;
             assert!(
-                columns <= 800 / 40 + 2 && rows <= 600 / 40 + 2,
+                columns <= 800 / narrowest + 2 && rows <= 600 / narrowest + 2,
                 "{scale}×: {columns} × {rows}"
             );
         }
