@@ -17,10 +17,17 @@ test('after the first load a page and its figure are there without a server', as
     await page.addScriptTag({ url: 'istar-offline.js' });
     const address = page.url();
     // What was fetched before the worker was there, too.
-    await page.waitForFunction(async (address) => {
-      const wanted = [address, 'istar.js', 'istar_bg.wasm', 'gallery/map.istar', 'page.css'];
-      const kept = await Promise.all(wanted.map((url) => caches.match(url)));
-      return kept.every(Boolean);
+    await page.evaluate(async (address) => {
+      const wanted = [
+        address,
+        'istar.js',
+        'istar_bg.wasm',
+        'istar-webgl2.js',
+        'gallery/map.istar',
+        'page.css',
+      ];
+      const isKept = async () => (await Promise.all(wanted.map((url) => caches.match(url)))).every(Boolean);
+      while (!(await isKept())) await new Promise((next) => setTimeout(next, 20));
     }, address);
     const before = await harness.shot(page);
 
