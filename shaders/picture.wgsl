@@ -222,6 +222,17 @@ fn paint_plain(plain: Corner) -> @location(0) vec4<f32> {
     return finished(mix(plain.negative, plain.positive, share), middle);
 }
 
+// The place of the sub-sample after one, in a row from left to right and then in the next; past the last row once all
+// have been.
+fn next_sample(at: vec2<f32>) -> vec2<f32> {
+    let x = at.x + 1.0;
+    return select(vec2(x, at.y), vec2(0.5, at.y + 1.0), x > f32(view.samples));
+}
+
+fn is_past_samples(at: vec2<f32>) -> bool {
+    return at.y > f32(min(view.samples, MAX_SAMPLES));
+}
+
 @fragment
 fn paint_rest(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let middle = middle_of(position);
@@ -240,11 +251,8 @@ fn paint_rest(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> 
                 break;
             }
         }
-        at.x += 1.0;
-        if at.x > samples {
-            at = vec2(0.5, at.y + 1.0);
-        }
-        if at.y > min(samples, f32(MAX_SAMPLES)) {
+        at = next_sample(at);
+        if is_past_samples(at) {
             break;
         }
     }
@@ -260,11 +268,8 @@ fn paint_styled(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32
     var at = vec2(0.5);
     loop {
         sum += sample_color(middle - 0.5 + at / samples);
-        at.x += 1.0;
-        if at.x > samples {
-            at = vec2(0.5, at.y + 1.0);
-        }
-        if at.y > min(samples, f32(MAX_SAMPLES)) {
+        at = next_sample(at);
+        if is_past_samples(at) {
             break;
         }
     }

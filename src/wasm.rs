@@ -111,9 +111,15 @@ impl Renderer {
         #[wasm_bindgen(unchecked_param_type = "GPURenderPipeline[]")] pipelines: js_sys::Array,
         #[wasm_bindgen(unchecked_param_type = "string[]")] faults: js_sys::Array,
     ) -> Renderer {
-        Self::new(browser::Renderer::on_device(
-            canvas, context, device, format, shaders, pipelines, faults,
-        ))
+        Self::new(browser::Renderer::on_device(browser::Taken {
+            canvas,
+            context,
+            device,
+            format,
+            shaders,
+            pipelines,
+            faults,
+        }))
     }
 
     /// Draws with WebGL2 on a canvas by its context, with the shaders of each draw. Throws an `Error` whose name is `gpu`.

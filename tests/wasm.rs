@@ -3,7 +3,7 @@
 //! There is no encoder here, so the picture is put together by hand.
 #![cfg(target_arch = "wasm32")]
 
-use istar::gpu::browser::{Renderer, Scene};
+use istar::gpu::browser::{Renderer, Scene, Taken};
 use istar::grid::{self, Point};
 use istar::model::{Block, Cells, EdgePlane, Lists, Node, Region};
 use istar::style::Style;
@@ -321,7 +321,15 @@ async fn renderer_on(backend: &str) -> Renderer {
     let promises = Renderer::pipelines(device.clone(), &format, &module);
     let pipelines = JsFuture::from(Promise::all(&promises)).await.unwrap().unchecked_into();
     let (canvas, faults) = (canvas.unchecked_into(), faults.unchecked_into());
-    Renderer::on_device(canvas, context, device, format, module, pipelines, faults)
+    Renderer::on_device(Taken {
+        canvas,
+        context,
+        device,
+        format,
+        shaders: module,
+        pipelines,
+        faults,
+    })
 }
 
 /// The shaders' texts in one of the two languages, as the build script has written them for pages.

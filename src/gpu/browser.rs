@@ -5,6 +5,7 @@ use super::far::Far;
 use super::pack::Packed;
 use super::view::{Alpha, Layer, Origin, Target};
 use super::webgl::{self, WebGl};
+pub use super::webgpu::Taken;
 use super::webgpu::{self, WebGpu};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
@@ -55,25 +56,15 @@ enum Textures {
 
 impl Renderer {
     /// Asks a WebGPU device for what paints on canvases of a format: promises, and what they bring is for
-    ///  [`on_device`](Self::on_device).
+    /// [`on_device`](Self::on_device).
     pub fn pipelines(device: JsValue, format: &JsValue, shaders: &JsValue) -> Array {
         webgpu::pipelines(device, format, shaders)
     }
 
-    /// Draws with WebGPU on a canvas, by its context, which the device is to have. What goes wrong on the device
-    /// is to be put among `faults` as text.
-    pub fn on_device(
-        canvas: OffscreenCanvas,
-        context: JsValue,
-        device: JsValue,
-        format: JsValue,
-        shaders: JsValue,
-        pipelines: Array,
-        faults: Array,
-    ) -> Self {
-        let device =
-            WebGpu::new(canvas.clone(), context, device, format, shaders, pipelines, faults);
-        Renderer { device: Device::WebGpu(Box::new(device)), canvas }
+    /// Draws with WebGPU on a canvas.
+    pub fn on_device(taken: Taken) -> Self {
+        let canvas = taken.canvas.clone();
+        Renderer { device: Device::WebGpu(Box::new(WebGpu::new(taken))), canvas }
     }
 
     /// Draws with WebGL2 on a canvas, by its context, with the shaders of each draw.

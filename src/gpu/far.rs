@@ -6,26 +6,15 @@
 //! anew, but only once the same styles have been drawn before: a frame with many samples is cheaper than
 //! all of them, if a region is pointed at for that frame alone.
 
+use super::pack::WIDTH;
 use crate::placement::SceneView;
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU8, Ordering};
 
-/// The most texels of the first level.
+/// The most texels of the first level. No side of it has more than [`WIDTH`].
 const MOST: u64 = 1 << 22;
 /// Texels that a screen pixel is wide, at least: of those at its edges only a part is its own, and which
 /// part nobody knows.
 const COVERED: f64 = 1.5;
-
-/// Whether a scene's levels can be drawn from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum State {
-    /// Styles have changed.
-    #[default]
-    Old,
-    /// The styles have been drawn, without levels.
-    Seen,
-    /// There they are.
-    Made,
-}
 
 /// What becomes of a frame that may be made of levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,33 +27,35 @@ pub(super) enum Use {
     Draw,
 }
 
-/// How it stands with a scene's levels.
+/// How it stands with a scene's levels: how many frames asked for them since styles changed, up to two.
 #[derive(Debug, Default)]
-pub(super) struct Far(Cell<State>);
+pub(super) struct Far(AtomicU8);
 
 impl Far {
     /// Styles have changed.
     pub fn forget(&self) {
-        self.0.set(State::Old);
+        self.0.store(0, Ordering::Relaxed);
     }
 
     /// Asked once for a frame that may be made of levels.
     pub fn next(&self) -> Use {
-        let (state, next) = match self.0.get() {
-            State::Old => (State::Seen, Use::Without),
-            State::Seen => (State::Made, Use::Make),
-            State::Made => (State::Made, Use::Draw),
-        };
-        self.0.set(state);
-        next
+        let before = self.0.load(Ordering::Relaxed);
+        self.0.store(2.min(before + 1), Ordering::Relaxed);
+        match before {
+            0 => Use::Without,
+            1 => Use::Make,
+            _ => Use::Draw,
+        }
     }
 }
 
 /// log₂ of the width of a texel of the first level, in pixels of a scene of that size.
 fn first_log2(size: [u32; 2]) -> u32 {
-    let texels =
-        |log2: u32| size.map(|n| u64::from(n.div_ceil(1u32 << log2))).iter().product::<u64>();
-    (0..31).find(|&log2| texels(log2) <= MOST).unwrap_or(31)
+    let fits = |&log2: &u32| {
+        let [width, height] = size.map(|n| u64::from(n.div_ceil(1u32 << log2)));
+        width * height <= MOST && width.max(height) <= WIDTH.into()
+    };
+    (0..31).find(fits).unwrap_or(31)
 }
 
 /// The levels of a scene of that size: log₂ of the width of a texel, and texels along each axis.
@@ -100,6 +91,8 @@ mod tests {
         assert_eq!(levels.last(), Some(&(13, [1, 1])));
         assert_eq!(super::levels([1, 1]).collect::<Vec<_>>(), [(0, [1, 1])]);
         assert_eq!(super::levels([900, 3]).next(), Some((0, [900, 3])));
+        // No texture is wider than all devices have them.
+        assert_eq!(super::levels([65_000, 3]).next(), Some((4, [4063, 1])));
     }
 
     #[test]

@@ -3,19 +3,15 @@
 use super::close::Close;
 use super::far::{self, Far};
 use super::pack::{Format, Packed, Table};
-use super::view::{Layer, ViewUniforms};
+use super::view::{Layer, UNIFORM_STEP, ViewUniforms};
 use super::{failed, picture};
 use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
 use crate::style::Reach;
-use std::cell::OnceCell;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// The largest texture side that is asked for, and so the largest target. Every WebGPU device has it.
 pub(super) const MAX_SIDE: u32 = 8192;
-
-/// From one layer's uniforms to the next: what every device allows.
-const UNIFORM_STEP: u32 = 256;
 
 /// A device with the pipelines that paint scenes. It draws any number of them.
 pub(super) struct Gpu {
@@ -40,7 +36,7 @@ pub struct Scene {
     close_bindings: wgpu::BindGroup,
     pub(super) reach: Reach,
     /// From far away: its colours, and all bound.
-    levels: OnceCell<Vec<(wgpu::TextureView, wgpu::BindGroup)>>,
+    levels: OnceLock<Vec<(wgpu::TextureView, wgpu::BindGroup)>>,
     pub(super) far: Far,
 }
 
@@ -121,7 +117,7 @@ impl Gpu {
             close,
             close_bindings,
             reach: Reach::default(),
-            levels: OnceCell::new(),
+            levels: OnceLock::new(),
             far: Far::default(),
         })
     }
@@ -166,8 +162,7 @@ impl Gpu {
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<()> {
         self.failure.check()?;
-        let all = || layers.iter().flat_map(|(_, layer)| layer.first.iter().chain([layer]));
-        let uniforms = self.bind_uniforms(all());
+        let uniforms = self.bind_uniforms(layers.iter().map(|(_, layer)| layer));
         for (scene, layer) in layers {
             for (i, bytes) in layer.close.iter().flat_map(|close| close.words()).enumerate() {
                 let table = &scene.close[i];
@@ -228,18 +223,10 @@ impl Gpu {
     /// The textures of a scene's levels, created when they are first asked for.
     fn levels<'a>(&self, scene: &'a Scene) -> &'a [(wgpu::TextureView, wgpu::BindGroup)] {
         scene.levels.get_or_init(|| {
-            let level = |(_, [width, height]): (u32, [u32; 2])| {
-                let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-                    label: None,
-                    size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                    mip_level_count: 1,
-                    sample_count: 1,
-                    dimension: wgpu::TextureDimension::D2,
-                    format: self.format,
-                    usage: wgpu::TextureUsages::TEXTURE_BINDING
-                        | wgpu::TextureUsages::RENDER_ATTACHMENT,
-                    view_formats: &[],
-                });
+            let usage =
+                wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT;
+            let level = |(_, size)| {
+                let texture = self.create_texture(size, self.format, usage);
                 let view = texture.create_view(&Default::default());
                 let bindings = self.bind(2, std::slice::from_ref(&view));
                 (view, bindings)
@@ -250,11 +237,7 @@ impl Gpu {
 
     /// A buffer with the layers' uniforms, bound.
     fn bind_uniforms<'a>(&self, layers: impl Iterator<Item = &'a Layer>) -> wgpu::BindGroup {
-        let mut bytes = Vec::new();
-        for layer in layers {
-            bytes.extend(layer.uniforms.to_bytes());
-            bytes.resize(bytes.len().next_multiple_of(UNIFORM_STEP as usize), 0);
-        }
+        let mut bytes = Layer::all_uniforms(layers);
         // No buffer is empty.
         bytes.resize(bytes.len().max(UNIFORM_STEP as usize), 0);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -283,21 +266,31 @@ impl Gpu {
         self.failure.check()
     }
 
-    fn create_table(&self, table: &Table<'_>) -> wgpu::Texture {
-        let [width, height] = table.size;
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+    pub(super) fn create_texture(
+        &self,
+        [width, height]: [u32; 2],
+        format: wgpu::TextureFormat,
+        usage: wgpu::TextureUsages,
+    ) -> wgpu::Texture {
+        self.device.create_texture(&wgpu::TextureDescriptor {
             label: None,
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: match table.format {
-                Format::R32Uint => wgpu::TextureFormat::R32Uint,
-                Format::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
-            },
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            format,
+            usage,
             view_formats: &[],
-        });
+        })
+    }
+
+    fn create_table(&self, table: &Table<'_>) -> wgpu::Texture {
+        let format = match table.format {
+            Format::R32Uint => wgpu::TextureFormat::R32Uint,
+            Format::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
+        };
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+        let texture = self.create_texture(table.size, format, usage);
         if !table.bytes.is_empty() {
             self.write(&texture, [0, 0], table.size, table.bytes);
         }

@@ -122,8 +122,7 @@ impl Renderer {
                  draw it in parts, or on the CPU"
             )));
         }
-        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        let target = self.target(size);
+        let target = self.target([width, height]);
         let row_bytes = (width * 4).next_multiple_of(ROW_ALIGNMENT);
         let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
@@ -144,7 +143,7 @@ impl Renderer {
                     rows_per_image: None,
                 },
             },
-            size,
+            target.size(),
         );
         self.gpu.queue.submit([encoder.finish()]);
         self.read(&buffer, width, row_bytes)
@@ -163,7 +162,7 @@ impl Renderer {
         is_moving: bool,
     ) -> Result<f64> {
         let [width, height] = camera.viewport();
-        let target = self.target(wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
+        let target = self.target([width, height]);
         let view = target.create_view(&Default::default());
         let layers = layers(scenes, camera, true, is_moving);
         let start = std::time::Instant::now();
@@ -176,17 +175,9 @@ impl Renderer {
         Ok(start.elapsed().as_secs_f64() / f64::from(frames))
     }
 
-    fn target(&self, size: wgpu::Extent3d) -> wgpu::Texture {
-        self.gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        })
+    fn target(&self, size: [u32; 2]) -> wgpu::Texture {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        self.gpu.create_texture(size, FORMAT, usage)
     }
 
     fn wait(&self) -> Result<()> {

@@ -45,6 +45,9 @@ const FAR_AWAY: f32 = 1e9;
 /// tables.
 pub(super) const FAR: usize = 3;
 
+/// From one layer's uniforms to the next in a buffer: what every WebGPU device allows.
+pub(super) const UNIFORM_STEP: u32 = 256;
+
 /// A scene's part of a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Layer {
@@ -157,6 +160,16 @@ impl Layer {
             }
         });
         levels.collect()
+    }
+
+    /// The uniforms of layers for a buffer, each after those of what is drawn before it.
+    pub fn all_uniforms<'a>(layers: impl Iterator<Item = &'a Layer>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for layer in layers.flat_map(|layer| layer.first.iter().chain([layer])) {
+            bytes.extend(layer.uniforms.to_bytes());
+            bytes.resize(bytes.len().next_multiple_of(UNIFORM_STEP as usize), 0);
+        }
+        bytes
     }
 
     /// The draws that paint it: the number of each, its first vertex, and how many vertices and instances it

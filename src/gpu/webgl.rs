@@ -120,7 +120,10 @@ impl WebGl {
         }
         gl.enable(Gl::SCISSOR_TEST);
         for (scene, layer) in layers.iter().filter(|(_, layer)| !layer.first.is_empty()) {
-            self.make_levels(scene, &layer.first)?;
+            gl.bind_framebuffer(Gl::FRAMEBUFFER, self.framebuffer.as_ref());
+            let made = self.make_levels(scene, &layer.first);
+            gl.bind_framebuffer(Gl::FRAMEBUFFER, None);
+            made?;
         }
         gl.viewport(0, 0, width as i32, height as i32);
         gl.disable(Gl::SCISSOR_TEST);
@@ -135,10 +138,9 @@ impl WebGl {
         Ok(())
     }
 
-    /// Draws the levels of a scene's colours, each into a texture of its own.
+    /// Draws the levels of a scene's colours, each into a texture of its own that takes the bound framebuffer.
     fn make_levels(&self, scene: &Scene, layers: &[Layer]) -> Result<()> {
         let gl = &self.gl;
-        gl.bind_framebuffer(Gl::FRAMEBUFFER, self.framebuffer.as_ref());
         for (i, layer) in layers.iter().enumerate() {
             let [width, height] = layer.own[1].map(|n| n as i32);
             if scene.levels.borrow().len() <= i {
@@ -156,7 +158,6 @@ impl WebGl {
             gl.scissor(0, 0, width, height);
             self.paint(scene, layer)?;
         }
-        gl.bind_framebuffer(Gl::FRAMEBUFFER, None);
         Ok(())
     }
 

@@ -4,7 +4,7 @@
 use super::close::Close;
 use super::pack::{Format, Packed, Table};
 use super::picture;
-use super::view::{FAR, Layer, ViewUniforms};
+use super::view::{FAR, Layer, UNIFORM_STEP, ViewUniforms};
 use super::webgpu_sys::{Context, Device, Queue, Texture, object};
 use crate::error::{Error, Result};
 use js_sys::{Array, Object};
@@ -24,8 +24,6 @@ const UNIFORM_USAGE: u32 = 0x08 | 0x40;
 
 /// `GPUShaderStage.VERTEX | GPUShaderStage.FRAGMENT`.
 const STAGES: u32 = 0x1 | 0x2;
-/// From one layer's uniforms to the next: what every device allows.
-const UNIFORM_STEP: u32 = 256;
 
 /// A WebGPU device, the pipelines that paint scenes, and the canvas it draws on.
 pub(super) struct WebGpu {
@@ -41,6 +39,24 @@ pub(super) struct WebGpu {
     uniforms: RefCell<Uniforms>,
     /// What went wrong on the device: the browser tells it after the call has long returned.
     faults: Array,
+}
+
+/// What a page has taken for [`WebGpu`] to draw with.
+pub struct Taken {
+    /// What is drawn on.
+    pub canvas: OffscreenCanvas,
+    /// The canvas's, which the device has.
+    pub context: JsValue,
+    /// What draws.
+    pub device: JsValue,
+    /// Of the canvas.
+    pub format: JsValue,
+    /// The module that [`pipelines`] were asked for with.
+    pub shaders: JsValue,
+    /// What the promises of [`pipelines`] brought.
+    pub pipelines: Array,
+    /// Where the page puts what goes wrong on the device, as text.
+    pub faults: Array,
 }
 
 /// A buffer for the uniforms of some layers, and its bind group.
@@ -77,16 +93,9 @@ impl Drop for Scene {
 }
 
 impl WebGpu {
-    /// Draws on a canvas whose context a device has. Pipelines are what the promises of [`pipelines`] brought.
-    pub fn new(
-        canvas: OffscreenCanvas,
-        context: JsValue,
-        device: JsValue,
-        format: JsValue,
-        shaders: JsValue,
-        pipelines: Array,
-        faults: Array,
-    ) -> Self {
+    /// Draws on a canvas whose context a device has.
+    pub fn new(taken: Taken) -> Self {
+        let Taken { canvas, context, device, format, shaders, pipelines, faults } = taken;
         let device: Device = device.unchecked_into();
         let layouts = bind_group_layouts(&device);
         let own = [const { OnceCell::new() }; picture::ENTRY_POINTS.len()];
@@ -150,11 +159,7 @@ impl WebGpu {
         let Ok(frame) = self.context.current_texture() else {
             return Err(Error::Gpu("the WebGPU canvas gave no frame".into()));
         };
-        let mut bytes = Vec::new();
-        for layer in layers.iter().flat_map(|(_, layer)| layer.first.iter().chain([layer])) {
-            bytes.extend(layer.uniforms.to_bytes());
-            bytes.resize(bytes.len().next_multiple_of(UNIFORM_STEP as usize), 0);
-        }
+        let bytes = Layer::all_uniforms(layers.iter().map(|(_, layer)| layer));
         let mut uniforms = self.uniforms.borrow_mut();
         if uniforms.bytes < bytes.len() {
             *uniforms = Uniforms::new(&self.device, &self.layouts[0], 2 * bytes.len());

@@ -18,6 +18,12 @@ const CHANNEL: u8 = 2;
 /// seam) falls to its other side, and where two boundaries are about equally near, to another one.
 const SHARE: f64 = 0.001;
 
+/// Threads may share both.
+const _: fn() = || {
+    fn shared<T: Send + Sync>() {}
+    shared::<(Renderer, Scene)>();
+};
+
 fn renderer() -> Renderer {
     Renderer::new(Options::default()).unwrap_or_else(|e| {
         panic!("{e}. The tests need a GPU driver: `apt install mesa-vulkan-drivers` has lavapipe.")

@@ -23,9 +23,6 @@ async function webgpu(): Promise<Renderer> {
   // Not every browser has it.
   const gpu = navigator.gpu as GPU | undefined;
   if (!gpu) throw fault('this browser has no WebGPU');
-  const shaders = wgslShaders();
-  // Waited for below.
-  shaders.catch(() => {});
   const adapter = await gpu.requestAdapter();
   if (!adapter) throw fault('this browser has WebGPU but no GPU for it');
   const device = await adapter.requestDevice();
@@ -41,7 +38,7 @@ async function webgpu(): Promise<Renderer> {
     canvas.dispatchEvent(new Event('webglcontextlost'));
   });
   const format = gpu.getPreferredCanvasFormat();
-  const module = device.createShaderModule({ code: (await shaders).wgsl });
+  const module = device.createShaderModule({ code: (await wgslShaders()).wgsl });
   const pipelines = await Promise.all(Renderer.pipelines(device, format, module));
   const context = canvas.getContext('webgpu' as OffscreenRenderingContextId) as GPUCanvasContext | null;
   if (!context || faults[0]) throw fault(faults[0] ?? 'this browser gave no WebGPU canvas');
