@@ -29,18 +29,32 @@
     });
   }
 
-  const isOwn = (url) => url.startsWith(location.origin);
+  const isOwn = (url) => new URL(url).origin === location.origin;
   const named = (url) => url.split('#')[0];
+  const underWay = new Map();
 
-  /** Fetches a file as a whole and keeps it, unless it is there in the same version. */
-  async function keep(url, version) {
-    const cache = await caches.open(CACHE);
-    const kept = isOwn(url) && (await cache.match(named(url)));
-    if (!isOwn(url) || (kept && (!version || versionOf(kept) === version))) return;
+  /** Fetches a file as a whole, once at a time, and keeps it. */
+  function keep(url, version) {
+    const name = named(url);
+    if (!underWay.has(name))
+      underWay.set(
+        name,
+        fetchWhole(name, version).finally(() => underWay.delete(name)),
+      );
+    return underWay.get(name);
+  }
+
+  /** Unless it is there in the same version, or another's, or too large. */
+  async function fetchWhole(url, version) {
     try {
-      const response = await fetch(named(url));
-      const isSmall = Number(response.headers.get('content-length')) <= MOST;
-      if (response.status === 200 && isSmall) await cache.put(named(url), response);
+      if (!isOwn(url)) return;
+      const cache = await caches.open(CACHE);
+      const kept = await cache.match(url);
+      if (kept && (!version || versionOf(kept) === version)) return;
+      const response = await fetch(url);
+      if (response.status !== 200 || Number(response.headers.get('content-length')) > MOST) return;
+      // Not every server tells how long a file is.
+      if ((await response.clone().blob()).size <= MOST) await cache.put(url, response);
     } catch {
       // Another time.
     }

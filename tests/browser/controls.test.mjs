@@ -118,6 +118,12 @@ test('the overview frames what is seen, moves the view, and is drawn again only 
   await page.mouse.move(overview.x + 1 + 105, overview.y + 1 + 70);
   await page.mouse.up();
   assert.equal(Math.round((await harness.place(page)).x), 72);
+  for (let i = 0; i < 3; i++) {
+    await furnish({});
+    await furnish({ navigator: '' });
+  }
+  assert.equal(await part('overview').locator('canvas').count(), 1);
+  await harness.zoomTo(page, 72, 48, 10);
 
   const drawn = await page.evaluate(async () => {
     const viewer = document.querySelector('istar-viewer');
@@ -199,7 +205,6 @@ test('a picture of the view is of any size, sharp and whole', async () => {
     wide,
     harness.oracle(file, { ...look, scale: 9 / 4 }, { width: 2100, height: 90 }),
   );
-  assert.equal((await blob({ height: 180, type: 'image/jpeg' })).type, 'image/jpeg');
   assert.equal((await blob({ type: 'image/webp', quality: 0.5 })).type, 'image/webp');
   for (const wrong of [
     { width: 20_000 },
@@ -211,6 +216,21 @@ test('a picture of the view is of any size, sharp and whole', async () => {
   }
   // The view is as it was.
   assert.deepEqual(await harness.place(page), { ...look, scale: 9 });
+});
+
+test('what knows no transparency is white beside the picture', async () => {
+  await furnish({});
+  for (const size of [{}, { height: 180 }]) {
+    const { type, bytes } = await blob({ ...size, type: 'image/jpeg' });
+    assert.equal(type, 'image/jpeg');
+    const corner = await page.evaluate(async (base64) => {
+      const picture = await createImageBitmap(await (await fetch(`data:image/jpeg;base64,${base64}`)).blob());
+      const context = new OffscreenCanvas(1, 1).getContext('2d');
+      context.drawImage(picture, 0, 0);
+      return [...context.getImageData(0, 0, 1, 1).data];
+    }, bytes.toString('base64'));
+    assert.ok(Math.min(...corner) > 250, `${corner}`);
+  }
 });
 
 test('paper gets more pixels than the screen', async () => {

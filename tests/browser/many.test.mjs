@@ -156,7 +156,7 @@ test('odd attributes harm nobody, and a picture without words is warned of', asy
       figure.regionName(-1);
       figure.setStyle([-1, 1e12, Number.NaN], { color: 'nonsense', pattern: { motif: 'none' } });
       figure.styles = { all: { opacity: -3, outline: { width: 1e9, group: -1 } }, regions: { x: {} } };
-      figure.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter' }));
+      figure.shadowRoot.querySelector('.stage').dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter' }));
       figure.fit();
     }
   });

@@ -1,5 +1,6 @@
 import { make } from './dom.js';
 import type { Host } from './host.js';
+import { STEP_ZOOM } from './keyboard.js';
 
 /** As paths in a square of 16. */
 const ICONS = {
@@ -10,8 +11,6 @@ const ICONS = {
   leave: 'M13 3L9 7m0-3.5V7h3.5M3 13l4-4m0 3.5V9H3.5',
   save: 'M8 2v8m-3-3l3 3 3-3M3 13h10',
 };
-
-const STEP_ZOOM = 1.5;
 
 /** Zoom, all of the picture, full screen, and the view as a file. */
 export class Buttons {

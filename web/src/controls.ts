@@ -6,6 +6,9 @@ import type { Host } from './host.js';
 import { Overview } from './overview.js';
 import { ScaleBar } from './scalebar.js';
 
+/** One for all figures. */
+let sheet: CSSStyleSheet | undefined;
+
 export class Controls {
   readonly #host: Host;
   readonly #buttons: Buttons;
@@ -17,9 +20,12 @@ export class Controls {
     this.#buttons = new Buttons(host);
     this.#scaleBar = new ScaleBar(host);
     this.#overview = new Overview(host);
-    const sheet = new CSSStyleSheet();
-    sheet.replaceSync(css);
-    host.root.adoptedStyleSheets.push(sheet);
+    if (!sheet) {
+      sheet = new CSSStyleSheet();
+      sheet.replaceSync(css);
+    }
+    // Before the one that hides what is hidden.
+    host.root.adoptedStyleSheets = [sheet, ...host.root.adoptedStyleSheets];
     host.stage.after(this.#overview.root, this.#scaleBar.root, this.#buttons.root);
   }
 

@@ -15,7 +15,7 @@ import { Hover } from './hover.js';
 import { listenForKeys } from './keyboard.js';
 import { Message } from './message.js';
 import { Paper } from './paper.js';
-import { sharedSource } from './shared.js';
+import { forgetSource, sharedSource } from './shared.js';
 import { Status } from './status.js';
 import type { Style, StyleSheet } from './style.js';
 import { View } from './view.js';
@@ -274,8 +274,8 @@ export class IStarViewer extends Base {
   async toBlob(options: PictureOptions = {}): Promise<Blob> {
     await this.painted;
     let { canvas } = this.#view;
-    // What makes it in any size is fetched only then.
-    if (options.width || options.height)
+    // What makes it in any size, and puts paper under what knows no transparency, is fetched only then.
+    if (options.width || options.height || options.type === 'image/jpeg')
       canvas = await (await import('./export.js')).pictureOf(this.#view, options);
     return new Promise((resolve, reject) => {
       const give = (blob: Blob | null) => (blob ? resolve(blob) : reject(new Error('The view is empty.')));
@@ -390,6 +390,7 @@ export class IStarViewer extends Base {
   #fail(cause: unknown, renderer = this.#view.renderer): void {
     const error = viewerError(cause, 'gpu');
     if (error.kind === 'changed' && !this.#again) {
+      forgetSource(this.src);
       this.#load();
       this.#again = true;
       return;

@@ -1,21 +1,22 @@
 // The view as a picture of any size. A module of its own, fetched where one is asked for: dist/istar-export.js.
 import type { PictureOptions } from './element.js';
+import { ViewerError } from './errors.js';
 import type { View } from './view.js';
 
 /** What every browser has as a canvas, and every device draws at once. */
 const MOST = 16384;
 const AT_ONCE = 2048;
 
-/** The view in the middle of a picture: as large as fits, and more around where the shape is another. */
+/** The view in the middle of a picture: as large as fits, and more around where the shape is another; as large as on the screen unless told. */
 export async function pictureOf(view: View, options: PictureOptions): Promise<HTMLCanvasElement> {
   const { clientWidth, clientHeight } = view.canvas;
   const shape = clientWidth / clientHeight;
-  const width = Math.round(options.width ?? (options.height ?? clientHeight) * shape);
+  const width = Math.round(options.width ?? (options.height ?? view.canvas.height) * shape);
   const height = Math.round(options.height ?? width / shape);
   for (const side of [width, height]) {
     if (!(side >= 1 && side <= MOST)) {
       const message = `A picture of ${width} × ${height} pixels cannot be made: each side has 1 to ${MOST}.`;
-      throw Object.assign(new Error(message), { name: 'limit' });
+      throw new ViewerError('limit', message);
     }
   }
   const picture = document.createElement('canvas');
@@ -33,15 +34,17 @@ export async function pictureOf(view: View, options: PictureOptions): Promise<HT
   const scale = place.scale * fineness;
   for (const down of pieces(height, place.y, file.archive.height, scale)) {
     for (const across of pieces(width, place.x, file.archive.width, scale)) {
-      const piece = view.twin({ width: across.drawn, height: down.drawn }, fineness);
+      const size = { width: across.drawn, height: down.drawn };
+      const piece = view.twin(size, fineness, (twin) => {
+        twin.text = text;
+        twin.pan(-across.middle / fineness, -down.middle / fineness);
+      });
       if (!piece) throw new Error('There is no picture.');
       try {
-        piece.text = text;
-        piece.pan(-across.middle / fineness, -down.middle / fineness);
         await piece.settled();
         const [x, y] = [across.from, down.from];
-        const size = [across.length, down.length] as const;
-        context?.drawImage(piece.canvas, across.skipped, down.skipped, ...size, x, y, ...size);
+        const part = [across.length, down.length] as const;
+        context?.drawImage(piece.canvas, across.skipped, down.skipped, ...part, x, y, ...part);
       } finally {
         piece.clear();
       }

@@ -8,7 +8,7 @@ export interface KeyActions {
 }
 
 const STEP_PX = 64;
-const STEP_ZOOM = 1.5;
+export const STEP_ZOOM = 1.5;
 
 /** Arrows move the view (the picture goes the other way), + and − zoom, 0 and Home show all, Enter begins a walk. */
 export function listenForKeys(stage: HTMLElement, actions: KeyActions): void {

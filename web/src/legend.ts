@@ -65,7 +65,7 @@ export class IStarLegend extends Base {
     if (!viewer) return;
     const load = async () => {
       const names = await viewer.names;
-      if (signal.aborted) return;
+      if (signal.aborted || !names) return;
       // They are the viewer's, whose module has them for itself.
       setWords((viewer.constructor as typeof IStarViewer).words);
       this.#show(names);
@@ -74,7 +74,7 @@ export class IStarLegend extends Base {
     viewer.addEventListener('regionenter', ({ detail }) => this.#mark(detail.name, true), { signal });
     viewer.addEventListener('regionleave', ({ detail }) => this.#mark(detail.name, false), { signal });
     // It may be there already; before its element is defined it has no names.
-    customElements.whenDefined('istar-viewer').then(load);
+    if (viewer.localName.includes('-')) customElements.whenDefined(viewer.localName).then(load);
   }
 
   disconnectedCallback(): void {

@@ -12,7 +12,7 @@ export class Overview {
   readonly #frame = make('div', 'frame');
   readonly #host: Host;
   #small: View | undefined;
-  #drawn = '';
+  #drawn = -1;
 
   constructor(host: Host) {
     this.#host = host;
@@ -59,14 +59,13 @@ export class Overview {
     this.root.style.height = `${h}px`;
     if (this.#small?.file !== file) {
       this.#small?.clear();
-      this.#small?.canvas.remove();
       this.#small = view.twin();
       if (this.#small) this.root.prepend(this.#small.canvas);
     }
     // Regions may look otherwise than when it was drawn.
-    const drawn = String(view.styles.version);
-    if (this.#drawn !== drawn) this.#small?.redraw();
-    this.#drawn = drawn;
+    const { version } = view.styles;
+    if (this.#drawn !== version) this.#small?.redraw();
+    this.#drawn = version;
     const part = (middle: number, seen: number, all: number) => {
       const from = Math.max(0, (middle - seen / place.scale / 2) / all);
       const to = Math.min(1, (middle + seen / place.scale / 2) / all);

@@ -11,7 +11,6 @@ export class Paper {
   #fine: View | undefined;
   readonly #swap = ({ type }: Event) => {
     this.#fine?.clear();
-    this.#fine?.canvas.remove();
     this.#fine = undefined;
     if (type === 'beforeprint') this.#lay();
   };

@@ -27,6 +27,8 @@ class SharedSource implements Source {
   }
 
   getBytes(offset: number, length: number, signal?: AbortSignal, etag?: string): Promise<RangeResponse> {
+    if (signal?.aborted)
+      return Promise.reject(new ViewerError('aborted', 'Loading was stopped.', signal.reason));
     const key = [offset, length, etag].join();
     const flight = this.#flights.get(key) ?? this.#start(key, offset, length, etag);
     flight.waiting++;
@@ -62,10 +64,19 @@ class SharedSource implements Source {
 
 const sources = new Map<string, SharedSource>();
 
+/** As the page's own address is now: programs change that while tiles are still to come. A link throws at nothing. */
+function addressOf(src: string): string {
+  return Object.assign(document.createElement('a'), { href: src }).href;
+}
+
+/** The file there has changed: whoever asks next is given a source that knows nothing of it. */
+export function forgetSource(src: string): void {
+  sources.delete(addressOf(src));
+}
+
 /** The page's one source for an address, as long as somebody has not aborted. Nothing is left of it then. */
 export function sharedSource(src: string, signal: AbortSignal, hear: (progress: Progress) => void): Source {
-  // As the page's own address is now: programs change that while tiles are still to come. A link throws at nothing.
-  const url = Object.assign(document.createElement('a'), { href: src }).href;
+  const url = addressOf(src);
   const source = sources.get(url) ?? new SharedSource(url);
   sources.set(url, source);
   source.heard.add(hear);

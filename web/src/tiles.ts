@@ -41,8 +41,8 @@ interface Loading {
 export class Tiles {
   readonly file: PictureFile;
   #renderer: Renderer;
-  /** The views that show them, and what each of these still needs. */
-  readonly #views = new Map<object, TileId[]>();
+  /** Of each view what it lacks, and the keys of what it holds: that stays as long as it does. */
+  readonly #views = new Map<object, { needed: TileId[]; held: Set<string> }>();
   readonly #changed: () => void;
   readonly #failed: (cause: unknown) => void;
   readonly #tiles = new Map<string, Loaded>();
@@ -104,8 +104,8 @@ export class Tiles {
       (id) => !this.#tiles.has(id.key) && !this.#damaged.has(id.key),
     );
     const needed = [...new Map([...first.map((id) => [id.key, id] as const), ...missing]).values()];
-    this.#views.set(view, needed);
-    const all = [...this.#views.values()].flat();
+    this.#views.set(view, { needed, held: new Set([...shown.keys(), ...coarsest.keys()]) });
+    const all = [...this.#views.values()].flatMap(({ needed }) => needed);
     this.#fetch([...new Map(all.map((id) => [id.key, id])).values()]);
     this.#makeRoom();
     const tiles = [...shown.values()].sort((a, b) => b.id.level - a.id.level);
@@ -194,12 +194,13 @@ export class Tiles {
     this.#changed();
   }
 
-  /** Those used least recently go, on the GPU too. */
+  /** Those that no view holds and that were used least recently go, on the GPU too. */
   #makeRoom(): void {
     const { deviceMemory = 4 } = navigator as { deviceMemory?: number };
     const budget = Math.min(BUDGET, BUDGET_A_GB * deviceMemory);
     if (this.#bytes <= budget) return;
-    const idle = [...this.#tiles.values()].filter(({ used }) => used < this.#frame);
+    const held = new Set([...this.#views.values()].flatMap(({ held }) => [...held]));
+    const idle = [...this.#tiles.values()].filter(({ id }) => !held.has(id.key));
     idle.sort((a, b) => a.used - b.used);
     for (const loaded of idle) {
       if (this.#bytes <= budget) return;

@@ -103,7 +103,7 @@ export class View {
     this.clear();
     const changed = () => {
       this.redraw();
-      for (const twin of this.#twins) twin.redraw();
+      for (const twin of this.#twins) if (!twin.#shown?.complete) twin.redraw();
     };
     const tiles = new Tiles(file, renderer, changed, (cause) => this.#hooks.failed(cause));
     this.#begin(tiles, renderer, () => tiles.free());
@@ -113,9 +113,10 @@ export class View {
 
   /**
    * Another view of the same picture, with a canvas of its own, until it or this one is cleared. With a size it has so many pixels,
-   * shows the same place and is drawn at once; else it shows all of the picture in the size that its canvas has on the page.
+   * shows the same place, unless `place` moves it, and is drawn at once; else it shows all of the picture in the size that its
+   * canvas has on the page.
    */
-  twin(size?: Size, fineness?: number): View | undefined {
+  twin(size?: Size, fineness?: number, place?: (twin: View) => void): View | undefined {
     const shown = this.#shown;
     if (!shown) return undefined;
     // What goes wrong here goes wrong with the view itself.
@@ -124,11 +125,14 @@ export class View {
     twin.#begin(shown.tiles, shown.renderer, () => {
       this.#twins.delete(twin);
       shown.tiles.forget(twin);
+      twin.watch(false);
+      twin.canvas.remove();
       twin.giveUp(new ViewerError('aborted', 'The picture is gone.'));
     });
     if (size) {
       twin.#shown?.camera.resize(size.width, size.height);
       twin.text = this.text;
+      place?.(twin);
       twin.#resized(size);
     } else twin.watch(true);
     return twin;

@@ -60,7 +60,8 @@ export class Walk {
   start(): void {
     const { view } = this.#host;
     const { place } = view;
-    if (this.#here || !place) return;
+    // Whoever asked may have gone on while this was fetched: no blur would end it.
+    if (this.#here || !place || this.#host.root.activeElement !== this.#host.stage) return;
     const box = view.canvas.getBoundingClientRect();
     const middle = view.pick(box.left + box.width / 2, box.top + box.height / 2);
     const region = middle ?? nearestTo(view, place);
@@ -175,12 +176,13 @@ export class Walk {
   }
 
   #pinDown(): void {
-    const { place, canvas } = this.#host.view;
+    const { place } = this.#host.view;
     const here = this.#here?.at;
     this.#pin.hidden = !here || !place;
     if (!here || !place) return;
-    const x = canvas.clientWidth / 2 + (here.x - place.x) * place.scale;
-    const y = canvas.clientHeight / 2 + (here.y - place.y) * place.scale;
+    // From the middle, where it is by itself.
+    const x = (here.x - place.x) * place.scale;
+    const y = (here.y - place.y) * place.scale;
     this.#pin.style.transform = `translate(${x}px, ${y}px)`;
   }
 

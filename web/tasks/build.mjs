@@ -15,6 +15,7 @@ import {
   RUST_TARGET,
   run,
   runBeside,
+  TaskError,
   WASM_BINDGEN,
   whenChanged,
   writeIfChanged,
@@ -31,12 +32,12 @@ export async function build() {
 /** The same with the tool that tests use, which shares all it is built from with them. */
 export async function buildForTests() {
   await buildWith(checkedCli, ['--features', 'cli,gpu']);
+  await packageFiles();
 }
 
 async function buildWith(tool, options) {
   await wasmModules();
   await bundle();
-  await packageFiles();
   pages();
   // After the pages: the command line tool carries them inside.
   run('cargo', ['build', '--bin', 'istar', ...options]);
@@ -157,4 +158,7 @@ function encoderSources() {
   return [...sources.sort(), at('Cargo.toml'), at('Cargo.lock')];
 }
 
-await main(import.meta.url, build);
+await main(import.meta.url, async () => {
+  await build();
+  await packageFiles();
+});

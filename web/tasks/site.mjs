@@ -3,6 +3,7 @@ import { copyFileSync, cpSync, mkdirSync, readdirSync, readFileSync, rmSync, sta
 import { basename } from 'node:path';
 import { Marked } from 'marked';
 import { build } from './build.mjs';
+import { packageFiles } from './package.mjs';
 import { at, main, writeIfChanged } from './project.mjs';
 
 const SITE = at('target', 'site');
@@ -142,6 +143,7 @@ function escaped(text) {
 
 await main(import.meta.url, async () => {
   await build();
+  await packageFiles();
   site();
   console.log('The site is in target/site.');
 });

@@ -36,6 +36,13 @@ pub struct Args {
 #[derive(RustEmbed)]
 #[folder = "dist/"]
 #[exclude = "gallery/*"]
+// What only the npm package has.
+#[exclude = "types/*"]
+#[exclude = "custom-elements.json"]
+#[exclude = "element.js"]
+#[exclude = "index.js"]
+#[exclude = "istar-inlined.js"]
+#[exclude = "istar.classic.js"]
 #[allow_missing = true]
 struct Page;
 
