@@ -9,8 +9,21 @@ fn decode_at(screen: vec2<f32>) -> Decoded {
     return decode(place_at(screen));
 }
 
+// The third of a region's words where another absorbs it; the first is that one's number.
+const ABSORBED = 0x1800u;
+
+// The region as which one is drawn: itself, where none absorbs it.
+fn drawn_as(region: u32) -> u32 {
+    let words = textureLoad(styles, folded(region), 0);
+    return select(region, words.x, words.z == ABSORBED);
+}
+
 fn style(region: u32) -> vec4<u32> {
-    return textureLoad(styles, folded(region), 0);
+    var words = textureLoad(styles, folded(region), 0);
+    if words.z == ABSORBED {
+        words = textureLoad(styles, folded(words.x), 0);
+    }
+    return words;
 }
 
 // A colour, straight.
@@ -144,7 +157,7 @@ fn with_crossed(
     var distance = 0.5 * (ray.inner + ray.outer);
     let slope = dot(ray.there.near.yz, ray.towards);
     // Where the boundary there is with the own region.
-    if (ray.there.regions.y == own) & (slope > 0.0) {
+    if (drawn_as(ray.there.regions.y) == own) & (slope > 0.0) {
         let back = ray.there.near.x / (slope * f32(view.samples));
         distance = clamp(ray.outer - back, ray.inner, ray.outer)
             * max(slope / length(ray.there.near.yz), least_cosine);
@@ -183,11 +196,11 @@ fn sample_color(screen: vec2<f32>) -> vec4<f32> {
         if look == 0u {
             sum = fills(there, screen);
             is_done = (view.flags & OUTLINES) == 0u;
-            own = there.regions.x;
+            own = drawn_as(there.regions.x);
             own_style = style(own);
             along = stride;
         } else {
-            if there.regions.x == own {
+            if drawn_as(there.regions.x) == own {
                 ray.inner = along;
             } else {
                 ray.outer = along;

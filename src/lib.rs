@@ -9,7 +9,7 @@
 //!                               └──▶ gpu: pack ▶ upload ▶ shaders/*.wgsl ▶ pixels
 //! ```
 //!
-//! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera, placement, cuts, texels, style ←
+//! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera, placement, cuts, texels, absorb, style ←
 //! {container, raster, gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
 //! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
@@ -19,6 +19,7 @@
 //!
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 
+pub mod absorb;
 mod camera;
 #[cfg(feature = "encode")]
 mod compare;
@@ -72,6 +73,8 @@ mod texels;
 pub mod gpu;
 #[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod wasm;
+#[cfg(all(feature = "encode", target_arch = "wasm32"))]
+mod wasm_absorb;
 #[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod wasm_archive;
 #[cfg(all(any(feature = "encode", feature = "gpu"), target_arch = "wasm32"))]

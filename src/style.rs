@@ -6,6 +6,18 @@
 use crate::grid::Point;
 use crate::model::{Image, RegionId};
 
+/// Whether a region is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Visibility {
+    /// As its style says.
+    #[default]
+    Shown,
+    /// The background shows.
+    Hidden,
+    /// It is drawn, outlined and picked as the neighbour that [`Borders`](crate::absorb::Borders) tell.
+    Absorbed,
+}
+
 /// How one region is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Style {
@@ -112,6 +124,8 @@ const SOURCE: u32 = 1 << 13;
 const MOTIF_SHIFT: u32 = 14;
 const SPACING_SHIFT: u32 = 17;
 const GROUP_SHIFT: u32 = 19;
+/// All of word 2 where another region absorbs this one, by a side that no outline has; word 0 says which.
+const ABSORBED: u32 = 3 << SIDE_SHIFT;
 
 /// The least log₂ of a pattern's spacing.
 const LEAST_SPACING_LOG2: u8 = 2;
@@ -134,6 +148,9 @@ impl Style {
     /// | 1 | the outline's colour |
     /// | 2 | bits 0-10 the outline's width in sixteenths, 11-12 its side, 13 = by source pixels; 14-16 the pattern's motif (0: none), 17-18 log₂ of its spacing less 2; 19-31 the outline's group |
     /// | 3 | the pattern's colour |
+    ///
+    /// Where another region absorbs one, word 2 is its side alone, which is 3, and word 0 that region's number. So what
+    /// is said of that one later is said of both.
     pub fn words(&self) -> [u32; 4] {
         let mut words = [u32::from_le_bytes(self.fill), 0, 0, 0];
         if let Some(outline) = &self.outline {
@@ -242,6 +259,31 @@ impl Styles {
         self.reach.take(first, records, regions);
     }
 
+    /// Has regions drawn as others, of which none is itself drawn as another: by region, what
+    /// [`Borders::absorbers`](crate::absorb::Borders::absorbers) tells. With `None` a region is not seen.
+    pub fn absorb(&mut self, absorbers: &[Option<RegionId>]) {
+        for (own, (words, absorber)) in (0..).zip(self.words.iter_mut().zip(absorbers)) {
+            match *absorber {
+                Some(absorber) if absorber == own => {}
+                Some(absorber) => *words = [absorber, 0, ABSORBED, 0],
+                None => *words = [0; 4],
+            }
+        }
+    }
+
+    /// As which region one is drawn: itself, where none absorbs it.
+    pub fn drawn_as(&self, region: RegionId) -> RegionId {
+        match self.words.get(region as usize) {
+            Some(&[absorber, _, ABSORBED, _]) => absorber,
+            _ => region,
+        }
+    }
+
+    /// The record by which a region is drawn.
+    pub(crate) fn drawn(&self, region: RegionId) -> [u32; 4] {
+        self.words.get(self.drawn_as(region) as usize).copied().unwrap_or_default()
+    }
+
     /// The records, by region: see [`Style::words`].
     pub fn words(&self) -> &[[u32; 4]] {
         &self.words
@@ -249,8 +291,11 @@ impl Styles {
 
     /// The regions' colours, straight, where these are all there is to it.
     pub(crate) fn plain(&self) -> Option<Vec<[u8; 4]>> {
-        let color = |words: &[u32; 4]| (words[2] == 0).then(|| words[0].to_le_bytes());
-        self.words.iter().map(color).collect()
+        let color = |region: usize| {
+            let words = self.drawn(region as RegionId);
+            (words[2] == 0).then(|| words[0].to_le_bytes())
+        };
+        (0..self.words.len()).map(color).collect()
     }
 
     pub(crate) fn reach(&self) -> Reach {

@@ -82,6 +82,11 @@ impl Renderer {
         self.gpu.set_styles(scene, first, &words);
     }
 
+    /// Gives all regions other styles, also where some absorb others.
+    pub fn restyle(&self, scene: &mut Scene, styles: &Styles) {
+        self.gpu.set_styles(scene, 0, styles.words());
+    }
+
     /// Draws the camera's viewport: straight RGBA, rows from the top. Each scene covers those before
     /// it where it lies.
     ///
@@ -226,6 +231,6 @@ pub fn render(
 ) -> Result<Vec<[u8; 4]>> {
     let renderer = Renderer::new(Options::default())?;
     let mut scene = renderer.upload(image)?;
-    renderer.gpu.set_styles(&mut scene, 0, styles.words());
+    renderer.restyle(&mut scene, styles);
     renderer.render(&[(&scene, Placement::whole(image.size))], camera, antialias)
 }

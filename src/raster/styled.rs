@@ -1,7 +1,7 @@
 //! Colours by styles: fills, patterns and outlines. The twin of `shaders/styles.wgsl`, in f64.
 
 use super::reference::Around;
-use crate::model::{Image, NodeId};
+use crate::model::{Image, NodeId, RegionId};
 use crate::placement::SceneView;
 use crate::style::{Style, Styles, read};
 
@@ -114,7 +114,7 @@ impl Styled<'_> {
         ray: [f64; 2],
         search: &Search,
     ) -> Option<(NodeId, f64)> {
-        let region = |node: NodeId| self.model.nodes[node as usize].region;
+        let region = |node: NodeId| self.region(node);
         let at = |along: f64| self.around([screen[0] + along * ray[0], screen[1] + along * ray[1]]);
         let stride = search.reach / f64::from(search.steps);
         let (mut from, mut to) = (0.0, stride);
@@ -156,11 +156,17 @@ impl Styled<'_> {
         Around::new(self.model, &self.view.place(screen), sub_pixel)
     }
 
+    /// The region as which a node's is drawn.
+    fn region(&self, node: NodeId) -> Option<RegionId> {
+        let region = self.model.nodes[node as usize].region?;
+        Some(self.styles.map_or(region, |styles| styles.drawn_as(region)))
+    }
+
     /// The record of a node's region.
     fn words(&self, node: NodeId) -> [u32; 4] {
         let Some(region) = self.model.nodes[node as usize].region else { return [0; 4] };
         match self.styles {
-            Some(styles) => styles.words().get(region as usize).copied().unwrap_or_default(),
+            Some(styles) => styles.drawn(region),
             None => Style::plain(self.model.regions[region as usize].color).words(),
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::fixtures;
 use crate::views::on_a_boundary;
+use istar::absorb::Borders;
 use istar::grid::Point;
 use istar::raster::{self, Painter};
 use istar::style::{Outline, Side, Style, Styles, Unit};
@@ -109,4 +110,84 @@ fn styles_that_are_colours_alone_are_painted_as_such() {
         drawn(&image, &styles, &camera),
         drawn(&recoloured, &Styles::new(&recoloured), &camera)
     );
+}
+
+/// Discs of which one is absorbed, and by which region.
+fn absorbed(image: &Image) -> (u32, u32) {
+    let borders = Borders::new(image);
+    let absorber = |region| borders.absorbers(|other| other == region, &[])[region as usize];
+    let region = (1..image.regions.len() as u32).next().expect("two regions");
+    (region, absorber(region).expect("a neighbour"))
+}
+
+#[test]
+fn an_absorbed_region_is_drawn_as_its_neighbour() {
+    let image = fixtures::discs_encoded();
+    let (region, absorber) = absorbed(&image);
+    let mut styles = Styles::new(&image);
+    let outline =
+        Outline { color: RED, width: 3.0, unit: Unit::Screen, side: Side::Centre, group: 0 };
+    let lined = Style { outline: Some(outline), ..Style::plain([9, 8, 200, 255]) };
+    styles.set(absorber, &lined);
+    let mut alike = styles.clone();
+    alike.set(region, &Style::plain([9, 8, 200, 255]));
+    let all: Vec<u32> = (0..image.regions.len() as u32).collect();
+    let drawn_as = |at: u32| if at == region { absorber } else { at };
+    let absorbers: Vec<_> = all.iter().map(|&at| Some(drawn_as(at))).collect();
+    styles.absorb(&absorbers);
+    assert!(all.iter().all(|&at| styles.drawn_as(at) == drawn_as(at)));
+    // At a boundary of the two: no outline is there, and both have one colour.
+    let between = (0..image.size[1])
+        .flat_map(|y| (0..image.size[0]).map(move |x| Point::new([x, y].map(f64::from))))
+        .find(|point| {
+            raster::decode_at(&image, point).is_some_and(|found| {
+                let of = |node: u32| image.nodes[node as usize].region;
+                let across = found.across.filter(|across| across.distance < 0.5);
+                let pair = across.map(|across| [of(found.node), of(across.node)]);
+                pair.is_some_and(|pair| {
+                    pair.contains(&Some(region)) && pair.contains(&Some(absorber))
+                })
+            })
+        })
+        .expect("a boundary of the two");
+    for scale in [1.0, 8.0] {
+        let mut camera = Camera::new(image.size, [8, 8]);
+        camera.look_at(between.clone(), scale);
+        let drawn = |styles: &Styles| {
+            let mut pixels = vec![[0; 4]; 64];
+            Painter::with_styles(&image, styles.clone()).draw(&camera, 0, true, &mut pixels);
+            pixels
+        };
+        assert!(drawn(&alike).iter().any(|pixel| pixel[0] > 200), "{scale}×: no outline without");
+        let pixels = drawn(&styles);
+        let middle = &pixels[3 * 8 + 3..=4 * 8 + 4];
+        assert!(middle.iter().all(|&pixel| pixel == [9, 8, 200, 255]), "{scale}×: {pixels:?}");
+    }
+    // What is said of the absorber later is said of both.
+    styles.set(absorber, &Style::plain([1, 2, 3, 255]));
+    let mut camera = Camera::new(image.size, [8, 8]);
+    camera.look_at(between, 8.0);
+    let mut pixels = vec![[0; 4]; 64];
+    Painter::with_styles(&image, styles).draw(&camera, 0, true, &mut pixels);
+    assert_eq!(pixels[3 * 8 + 3], [1, 2, 3, 255]);
+}
+
+#[test]
+fn who_meets_longest_is_told_by_cells() {
+    // A square in a half: its boundary with that is three sides long, and one with the other half.
+    let label = |x: u32, y: u32| match (x, y) {
+        (64..128, 96..160) => 2,
+        (0..128, _) => 1,
+        _ => 3,
+    };
+    let labels = (0..256).flat_map(|y| (0..256).map(move |x| label(x, y))).collect();
+    let source = istar::labels::Source::from_labels([256; 2], labels, &istar::Limits::default());
+    let image = fixtures::encoded(&source.unwrap(), 8, istar::Kernel::Quadratic);
+    let at = |x, y| raster::region_at(&image, &Point::new([x, y])).unwrap();
+    let [square, half, other] = [at(90.0, 130.0), at(20.0, 20.0), at(200.0, 20.0)];
+    let borders = Borders::new(&image);
+    let absorbers = |gone: &[u32]| borders.absorbers(|region| gone.contains(&region), &[]);
+    assert_eq!(absorbers(&[square])[square as usize], Some(half));
+    assert_eq!(absorbers(&[square, half])[square as usize], Some(other));
+    assert_eq!(absorbers(&[square, half, other]), [None; 3]);
 }

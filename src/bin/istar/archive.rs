@@ -128,6 +128,17 @@ impl Archive {
         Ok(Section { level, first, image, regions })
     }
 
+    /// All of the coarsest level of a file that has several.
+    pub fn coarsest(&mut self) -> Result<Option<Section>, String> {
+        let layout = self.index.layout();
+        let last = layout.levels - 1;
+        if self.index.payload() == Payload::Labels || last == 0 {
+            return Ok(None);
+        }
+        let end = layout.size.map(f64::from);
+        self.section(last, [0.0; 2], end).map(Some)
+    }
+
     /// What a camera shows of the finest level, at the level that suits its scale.
     pub fn view(&mut self, camera: &Camera) -> Result<Section, String> {
         let (level, [first, end]) = self.reach(camera);

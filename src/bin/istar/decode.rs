@@ -86,7 +86,7 @@ fn tiles(
 ) -> Result<Vec<u8>, String> {
     match args.what {
         What::Color => {
-            let look = Look { antialias, sheet: None };
+            let look = Look { antialias, sheet: None, absorbed: Vec::new() };
             let pixels = draw_tiles(&mut archive, camera, &look)?;
             pictures::write_png(camera.viewport(), &pixels)
         }

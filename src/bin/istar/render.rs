@@ -58,7 +58,14 @@ pub fn run(args: &Args) -> Outcome {
     let size = archive.index.layout().size;
     let mut camera = Camera::new(size, args.size);
     camera.look_at(args.center, args.scale);
-    let look = Look { antialias: !args.no_antialias, sheet };
+    let absorbed = match &sheet {
+        Some(sheet) if sheet.absorbs() => archive.coarsest()?,
+        _ => None,
+    };
+    let absorbed = absorbed
+        .zip(sheet.as_ref())
+        .map_or_else(Vec::new, |(section, sheet)| sheet.absorbed(&section.image, &section.regions));
+    let look = Look { antialias: !args.no_antialias, sheet, absorbed };
     let pixels = if archive.index.payload() == Payload::Labels || args.backend == Backend::Gpu {
         let section = match archive.index.payload() {
             Payload::Labels => whole(files::read_image(&args.input)?.0),
@@ -84,13 +91,17 @@ pub struct Look {
     pub antialias: bool,
     /// Without, as the file has it.
     pub sheet: Option<Sheet>,
+    /// Regions that others absorb, as the coarsest level tells: so all views of a picture agree.
+    pub absorbed: Vec<[RegionId; 2]>,
 }
 
 impl Look {
     fn styles(&self, section: &Section) -> Styles {
         match &self.sheet {
             None => Styles::new(&section.image),
-            Some(sheet) => sheet.styles(&section.image, &section.regions, section.step()),
+            Some(sheet) => {
+                sheet.styles(&section.image, &section.regions, section.step(), &self.absorbed)
+            }
         }
     }
 }

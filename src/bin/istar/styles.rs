@@ -2,8 +2,9 @@
 
 use crate::files;
 use istar::Image;
+use istar::absorb::Borders;
 use istar::model::RegionId;
-use istar::style::{self, Motif, Pattern, Side, Style, Styles, Unit};
+use istar::style::{self, Motif, Pattern, Side, Style, Styles, Unit, Visibility};
 use serde::{Deserialize, Deserializer, de::Error};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -23,7 +24,7 @@ pub struct Sheet {
 struct Part {
     color: Option<Color>,
     opacity: Option<f64>,
-    visible: Option<bool>,
+    visible: Option<Seen>,
     highlight: Option<bool>,
     outline: Option<Outline>,
     pattern: Option<Repeat>,
@@ -88,6 +89,28 @@ fn color(text: &str) -> Result<[u8; 4], String> {
     })
 }
 
+/// What a style says of whether a region is seen.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "visible is true, false or \"absorbed\"")]
+enum Seen {
+    Plainly(bool),
+    Otherwise(Named<Visibility>),
+}
+
+impl Seen {
+    fn visibility(&self) -> Visibility {
+        match self {
+            Seen::Plainly(true) => Visibility::Shown,
+            Seen::Plainly(false) => Visibility::Hidden,
+            Seen::Otherwise(Named(visibility)) => *visibility,
+        }
+    }
+}
+
+impl HasNames for Visibility {
+    const NAMES: &'static [(Self, &'static str)] = &[(Visibility::Absorbed, "absorbed")];
+}
+
 /// Something that has a name in style files.
 struct Named<T>(T);
 
@@ -140,18 +163,78 @@ impl Sheet {
     }
 
     /// The styles of a picture whose regions have `numbers` in the file, and of whose pixels one is `step`
-    /// source pixels wide. Regions that it does not show are left out.
-    pub fn styles(&self, image: &Image, numbers: &[RegionId], step: f64) -> Styles {
-        let of_color: BTreeMap<[u8; 4], &Part> =
-            self.colors.iter().filter_map(|(text, part)| Some((color(text).ok()?, part))).collect();
+    /// source pixels wide. Regions that it does not show are left out. `known` is what [`absorbed`](Self::absorbed)
+    /// told of another level.
+    pub fn styles(
+        &self,
+        image: &Image,
+        numbers: &[RegionId],
+        step: f64,
+        known: &[[RegionId; 2]],
+    ) -> Styles {
         let mut styles = Styles::new(image);
-        for (own, (region, number)) in (0..).zip(image.regions.iter().zip(numbers)) {
-            let parts =
-                [self.regions.get(number), of_color.get(&region.color).copied(), Some(&self.all)];
-            styles.set(own, &style_of(region.color, parts, step));
+        for (own, (color, parts)) in (0..).zip(self.parts(image, numbers)) {
+            styles.set(own, &style_of(color, parts, step));
+        }
+        if self.absorbs() {
+            styles.absorb(&self.absorbers(image, numbers, known));
         }
         styles
     }
+
+    /// Whether some regions may be absorbed by their neighbours.
+    pub fn absorbs(&self) -> bool {
+        let parts = [&self.all].into_iter().chain(self.colors.values());
+        parts
+            .chain(self.regions.values())
+            .any(|part| visibility([Some(part)]) == Visibility::Absorbed)
+    }
+
+    /// The regions of a picture that others absorb, with those: by their numbers in the file.
+    pub fn absorbed(&self, image: &Image, numbers: &[RegionId]) -> Vec<[RegionId; 2]> {
+        let absorbers = self.absorbers(image, numbers, &[]);
+        let pairs = numbers.iter().zip(absorbers).filter_map(|(&region, absorber)| {
+            let absorber = *numbers.get(absorber? as usize)?;
+            (absorber != region).then_some([region, absorber])
+        });
+        pairs.collect()
+    }
+
+    fn absorbers(
+        &self,
+        image: &Image,
+        numbers: &[RegionId],
+        known: &[[RegionId; 2]],
+    ) -> Vec<Option<RegionId>> {
+        let absorbed: Vec<bool> = self
+            .parts(image, numbers)
+            .map(|(_, parts)| visibility(parts) == Visibility::Absorbed)
+            .collect();
+        let own = |number: RegionId| Some(numbers.binary_search(&number).ok()? as RegionId);
+        let known: Vec<[RegionId; 2]> =
+            known.iter().filter_map(|&[a, b]| Some([own(a)?, own(b)?])).collect();
+        Borders::new(image).absorbers(|region| absorbed[region as usize], &known)
+    }
+
+    /// Of each region its own colour, and all that is said of it, what counts first first.
+    fn parts<'a>(
+        &'a self,
+        image: &'a Image,
+        numbers: &'a [RegionId],
+    ) -> impl Iterator<Item = ([u8; 4], [Option<&'a Part>; 3])> {
+        let of_color: BTreeMap<[u8; 4], &Part> =
+            self.colors.iter().filter_map(|(text, part)| Some((color(text).ok()?, part))).collect();
+        image.regions.iter().zip(numbers).map(move |(region, number)| {
+            let of_color = of_color.get(&region.color).copied();
+            (region.color, [self.regions.get(number), of_color, Some(&self.all)])
+        })
+    }
+}
+
+/// What the first part that says anything of it says.
+fn visibility<const N: usize>(parts: [Option<&Part>; N]) -> Visibility {
+    let said = parts.into_iter().flatten().find_map(|part| part.visible.as_ref());
+    said.map_or_else(Visibility::default, Seen::visibility)
 }
 
 impl Part {
@@ -180,10 +263,10 @@ impl Part {
 
 /// What the first part that says anything of it says.
 fn style_of(own: [u8; 4], parts: [Option<&Part>; 3], step: f64) -> Style {
-    let parts = || parts.into_iter().flatten();
-    if parts().find_map(|part| part.visible) == Some(false) {
+    if visibility(parts) == Visibility::Hidden {
         return Style::plain([0; 4]);
     }
+    let parts = || parts.into_iter().flatten();
     let mut fill = parts().find_map(|part| part.color).map_or(own, |color| color.0);
     if parts().find_map(|part| part.highlight) == Some(true) {
         // A third of the way to white.
@@ -240,6 +323,7 @@ mod tests {
             ("{\"all\": {\"outline\": {\"width\": -1}}}", "from 0 to 127"),
             ("{\"all\": {\"outline\": {\"side\": \"left\"}}}", "none of inside, centre, outside"),
             ("{\"all\": {\"pattern\": {\"motif\": \"dots\", \"spacing\": 5}}}", "4, 8, 16 or 32"),
+            ("{\"all\": {\"visible\": \"gone\"}}", "visible is true, false or \"absorbed\""),
             ("{\"regions\": {\"x\": {}}}", "line 1 column"),
             ("{", "line 1 column"),
         ] {

@@ -1,6 +1,7 @@
 //! Styles of regions: what the GPU draws with them is what the reference draws.
 
 use super::{CHANNEL, VIEWPORT, differing, failures, fixtures, renderer};
+use istar::absorb::Borders;
 use istar::gpu::Scene;
 use istar::grid::Point;
 use istar::style::{Motif, Outline, Pattern, Side, Style, Styles, Unit};
@@ -126,5 +127,31 @@ fn outlines_are_what_the_reference_draws() {
             ..Style::plain(fill)
         });
         compare(&format!("outlines {side:?}"), (&renderer, &scene), (&image, &styles));
+    }
+}
+
+#[test]
+fn absorbed_regions_are_what_the_reference_draws() {
+    let renderer = renderer();
+    let image = fixtures::discs_encoded();
+    let outline = Outline {
+        color: [200, 30, 0, 180],
+        width: 4.0,
+        unit: Unit::Screen,
+        side: Side::Centre,
+        group: 0,
+    };
+    for outline in [None, Some(outline)] {
+        let mut styles = Styles::new(&image);
+        for (region, own) in (0..).zip(&image.regions) {
+            styles.set(region, &Style { outline, ..Style::plain(own.color) });
+        }
+        // Every second one.
+        styles.absorb(&Borders::new(&image).absorbers(|region| region % 2 == 1, &[]));
+        let all = 0..image.regions.len() as u32;
+        assert!(all.clone().any(|region| styles.drawn_as(region) != region));
+        let mut scene = renderer.upload(&image).unwrap();
+        renderer.restyle(&mut scene, &styles);
+        compare("absorbed", (&renderer, &scene), (&image, &styles));
     }
 }
