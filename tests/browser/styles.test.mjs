@@ -50,6 +50,31 @@ for (const backend of [...harness.BACKENDS, 'cpu']) {
       await set({ visible: false });
       assert.equal(middle(await matches(page, `${backend}-hidden`))[3], 0);
     });
+    await t.test('absorbed', async () => {
+      const before = await page.evaluate(() =>
+        document.querySelector('istar-viewer').pick(innerWidth / 2, innerHeight / 2),
+      );
+      await set({ visible: 'absorbed' });
+      assert.equal(middle(await matches(page, `${backend}-absorbed`))[3], 255);
+      const picked = await page.evaluate(() =>
+        document.querySelector('istar-viewer').pick(innerWidth / 2, innerHeight / 2),
+      );
+      assert.notEqual(picked, before);
+      // What is said of the one that absorbs is said of both.
+      await page.evaluate(async (picked) => {
+        const viewer = document.querySelector('istar-viewer');
+        viewer.setStyle(picked, { color: 'rgb(1, 99, 2)' });
+        await viewer.painted;
+      }, picked);
+      assert.deepEqual(middle(await matches(page, `${backend}-absorber`)), [1, 99, 2, 255]);
+      await page.evaluate(
+        ([before, picked]) => {
+          const viewer = document.querySelector('istar-viewer');
+          viewer.setStyle([before, picked], null);
+        },
+        [before, picked],
+      );
+    });
     await t.test('an outline and a pattern', async () => {
       await set({
         color: '#fff8',

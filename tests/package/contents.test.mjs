@@ -17,6 +17,7 @@ const FILES = [
   'dist/custom-elements.json',
   'dist/element.js',
   'dist/index.js',
+  'dist/istar-absorb.js',
   'dist/istar-controls.js',
   'dist/istar-cpu.js',
   'dist/istar-export.js',

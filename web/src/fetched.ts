@@ -9,7 +9,7 @@ export function viewerModule(): Promise<Response> {
   return fetch(settings.wasmUrl ?? new URL('./istar_bg.wasm', import.meta.url));
 }
 
-/** For workers: the viewer itself does without. */
+/** For workers, and where styles have regions absorbed: the viewer itself does without. */
 export function encoderModule(): Promise<Response> {
   return fetch(new URL('./istar_encoder_bg.wasm', import.meta.url));
 }

@@ -12,6 +12,11 @@ export function viewerModule(): Promise<Response> {
   return unpacked(viewer);
 }
 
+/** For what styles ask of it; workers have their own. */
+export function encoderModule(): Promise<Response> {
+  return unpacked(encoder);
+}
+
 export function fitterWorker(): Worker {
   return worker(fitter);
 }

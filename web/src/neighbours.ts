@@ -127,17 +127,18 @@ export function nearestTo(view: View, { x, y }: Point): number | undefined {
     const away = Math.hypot(spot.x - x, spot.y - y);
     if (away >= least) continue;
     least = away;
-    nearest = region;
+    nearest = view.styles.absorbed.get(region) ?? region;
   }
   return nearest;
 }
 
 /** The regions on which one borders, those with the longest border first. */
 export function neighboursOf(view: View, region: number): Neighbour[] {
+  const { absorbed } = view.styles;
   const found = new Map<number, Point[]>();
   for (const { regions, cells } of ask(view).flatMap(({ borders }) => borders)) {
-    const [a, b] = regions;
-    if (a !== region && b !== region) continue;
+    const [a = NONE, b = NONE] = regions.map((one) => absorbed.get(one) ?? one);
+    if (a === b || (a !== region && b !== region)) continue;
     const other = a === region ? b : a;
     found.set(other, [...(found.get(other) ?? []), ...cells]);
   }

@@ -28,7 +28,8 @@ export interface Style {
   color?: string;
   /** 0 to 1. */
   opacity?: number;
-  visible?: boolean;
+  /** `false`: the background shows. `'absorbed'`: it is drawn as the neighbour with which it has the longest boundary. */
+  visible?: boolean | 'absorbed';
   /** Lighter than it would be. */
   highlight?: boolean;
   outline?: Outline;

@@ -1,9 +1,12 @@
 import type { Renderer, Scene } from './engine.js';
 import type { Pattern, Style, StyleSheet } from './style.js';
-import type { Loaded } from './tiles.js';
+import type { Loaded, Tiles } from './tiles.js';
 
 const SIDES = ['inside', 'centre', 'outside'];
 const MOTIFS: Pattern['motif'][] = ['rising', 'falling', 'horizontal', 'vertical', 'cross', 'grid', 'dots'];
+
+/** The third word of a region's record where another absorbs it: see src/style.rs. */
+const ABSORBED = 3 << 11;
 
 /** As many regions may change one by one, before all are written anew. */
 const FEW = 64;
@@ -22,6 +25,11 @@ export class Styles {
   /** A region that has a style before all that is said. */
   #marked: number | undefined;
   #mark: Prepared | undefined;
+  /** Regions that are drawn as others, in what is shown. */
+  absorbed = new Map<number, number>();
+  /** What tells by which others regions are absorbed, once one is and it is there; and while it is fetched. */
+  #absorb: typeof import('./absorb.js').absorb | undefined;
+  unready: Promise<void> | undefined;
   /** Grows with each change. */
   #version = 0;
   /** What changed in the last versions; undefined for more than few regions. */
@@ -77,14 +85,16 @@ export class Styles {
   }
 
   /** Brings a tile that is on the GPU up to date. */
-  apply(loaded: Loaded, scene: Scene, renderer: Renderer, ratio: number): void {
+  apply(loaded: Loaded, scene: Scene, renderer: Renderer, ratio: number, tiles: Tiles): void {
     const { tile, styled } = loaded;
     if (this.#version === 0 || (styled?.version === this.#version && styled.ratio === ratio)) return;
+    loaded.styled = { version: this.#version, ratio };
     loaded.regions ??= tile.regions();
     const half = loaded.regions.length / 2;
     const ids = loaded.regions.subarray(0, half);
     const colors = loaded.regions.subarray(half);
-    const few = styled?.ratio === ratio ? this.#since(styled.version) : undefined;
+    // Who absorbs a region may hang on all that are absorbed.
+    const few = styled?.ratio === ratio && !this.#absorb ? this.#since(styled.version) : undefined;
     if (few) {
       const words = new Uint32Array(4);
       for (const region of few) {
@@ -96,9 +106,19 @@ export class Styles {
     } else {
       const words = new Uint32Array(4 * half);
       for (let i = 0; i < half; i++) this.#write(words, 4 * i, ids[i] ?? 0, colors[i] ?? 0, ratio);
+      this.#absorb?.(words, loaded, tiles, this, ratio);
       renderer.setStyles(scene, 0, words);
     }
-    loaded.styled = { version: this.#version, ratio };
+  }
+
+  async #fetch(): Promise<void> {
+    try {
+      this.#absorb = await (await import('./absorb.js')).ready();
+      this.#changed(undefined);
+    } catch (cause) {
+      console.warn(cause);
+    }
+    this.unready = undefined;
   }
 
   /** The regions that changed since a version; undefined where they are many. */
@@ -131,7 +151,16 @@ export class Styles {
       return undefined;
     };
     words.fill(0, at, at + 4);
-    if (first((style) => style.visible) === false) return;
+    const visible = first((style) => style.visible);
+    if (visible === false) return;
+    if (visible === 'absorbed') {
+      if (this.#absorb) {
+        words[at + 2] = ABSORBED;
+        return;
+      }
+      // Until then it is drawn as itself.
+      this.unready ??= this.#fetch();
+    }
     let fill = first((style) => style.fill) ?? own;
     const opacity = first((style) => style.opacity) ?? 1;
     if (region === this.#lit || first((style) => style.highlight)) {

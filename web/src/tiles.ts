@@ -45,7 +45,8 @@ export class Tiles {
   readonly #views = new Map<object, { needed: TileId[]; held: Set<string> }>();
   readonly #changed: () => void;
   readonly #failed: (cause: unknown) => void;
-  readonly #tiles = new Map<string, Loaded>();
+  /** All that are there. */
+  readonly there = new Map<string, Loaded>();
   /** Tiles that cannot be read: what is coarser stands in for them. */
   readonly #damaged = new Map<string, ViewerError>();
   #loading: Loading[] = [];
@@ -63,18 +64,18 @@ export class Tiles {
   free(): void {
     for (const { controller } of this.#loading) controller.abort();
     this.#loading = [];
-    for (const loaded of this.#tiles.values()) {
+    for (const loaded of this.there.values()) {
       dropScene(loaded);
       loaded.tile.free();
     }
-    this.#tiles.clear();
+    this.there.clear();
     this.file.free();
   }
 
   /** Goes on with another renderer: the last one lost all that it had. */
   moveTo(renderer: Renderer): void {
     this.#renderer = renderer;
-    for (const loaded of this.#tiles.values()) this.#bytes -= dropScene(loaded);
+    for (const loaded of this.there.values()) this.#bytes -= dropScene(loaded);
   }
 
   /** A view is gone. */
@@ -97,11 +98,11 @@ export class Tiles {
       }
     }
     for (const id of coarsest.values()) {
-      const loaded = this.#tiles.get(id.key);
+      const loaded = this.there.get(id.key);
       if (loaded) loaded.used = this.#frame;
     }
     const first = [...coarsest.values()].filter(
-      (id) => !this.#tiles.has(id.key) && !this.#damaged.has(id.key),
+      (id) => !this.there.has(id.key) && !this.#damaged.has(id.key),
     );
     const needed = [...new Map([...first.map((id) => [id.key, id] as const), ...missing]).values()];
     this.#views.set(view, { needed, held: new Set([...shown.keys(), ...coarsest.keys()]) });
@@ -118,7 +119,7 @@ export class Tiles {
 
   /** Adds a tile to what is shown, or else to what is missing. Whether it is there. */
   #show(id: TileId, shown: Map<string, Loaded>, missing?: Map<string, TileId>): boolean {
-    const loaded = this.#tiles.get(id.key);
+    const loaded = this.there.get(id.key);
     if (loaded) {
       loaded.used = this.#frame;
       if (!loaded.scene) {
@@ -184,11 +185,11 @@ export class Tiles {
   }
 
   #add(id: RawTile, tile: Tile): void {
-    if (this.#tiles.has(id.key)) {
+    if (this.there.has(id.key)) {
       tile.free();
       return;
     }
-    this.#tiles.set(id.key, { id, tile, scene: undefined, used: this.#frame });
+    this.there.set(id.key, { id, tile, scene: undefined, used: this.#frame });
     this.#bytes += tile.bytes;
     // Others of its piece may take a while.
     this.#changed();
@@ -200,11 +201,11 @@ export class Tiles {
     const budget = Math.min(BUDGET, BUDGET_A_GB * deviceMemory);
     if (this.#bytes <= budget) return;
     const held = new Set([...this.#views.values()].flatMap(({ held }) => [...held]));
-    const idle = [...this.#tiles.values()].filter(({ id }) => !held.has(id.key));
+    const idle = [...this.there.values()].filter(({ id }) => !held.has(id.key));
     idle.sort((a, b) => a.used - b.used);
     for (const loaded of idle) {
       if (this.#bytes <= budget) return;
-      this.#tiles.delete(loaded.id.key);
+      this.there.delete(loaded.id.key);
       this.#bytes -= loaded.tile.bytes + dropScene(loaded);
       loaded.tile.free();
     }

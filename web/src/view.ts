@@ -277,7 +277,7 @@ export class View {
     // The last to be drawn covers the others.
     for (let i = drawn.length - 1; i >= 0; i--) {
       const region = drawn[i]?.tile.pick(camera, x, y);
-      if (region !== undefined) return region;
+      if (region !== undefined) return this.styles.absorbed.get(region) ?? region;
     }
     return undefined;
   }
@@ -291,8 +291,9 @@ export class View {
     const places = Float64Array.from(
       [...outline].flatMap(([x, y]) => [(x - box.left) * ratio, (y - box.top) * ratio]),
     );
-    const found = new Set(drawn.flatMap(({ tile }) => [...tile.regionsWithin(camera, places)]));
-    return [...found].sort((a, b) => a - b);
+    const found = drawn.flatMap(({ tile }) => [...tile.regionsWithin(camera, places)]);
+    const { absorbed } = this.styles;
+    return [...new Set(found.map((region) => absorbed.get(region) ?? region))].sort((a, b) => a - b);
   }
 
   redraw(): void {
@@ -366,12 +367,14 @@ export class View {
       for (const loaded of tiles) {
         const { tile, scene } = loaded;
         if (!scene) continue;
-        this.styles.apply(loaded, scene, renderer, this.#ratio / step);
+        this.styles.apply(loaded, scene, renderer, this.#ratio / step, shown.tiles);
         renderer.place(scene, tile);
       }
       later = renderer.draw(eye, !this.#fineness && this.#pace.isQuick, size.width, size.height) ?? undefined;
       frame = { shown, size, step, width, height };
-      shown.complete = complete && step === 1;
+      const { unready } = this.styles;
+      unready?.then(this.#redraw);
+      shown.complete = complete && step === 1 && !unready;
     } catch (cause) {
       this.#fail(shown, cause);
       return;

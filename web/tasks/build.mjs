@@ -126,6 +126,7 @@ export async function bundle() {
   await bundled('web/src/define.ts', 'istar.js', VIEWER_FETCHES);
   await bundled('web/src/fitting.ts', 'istar-labels.js', ['istar-fitter.js']);
   await bundled('web/src/fitter.ts', 'istar-fitter.js', ['istar_encoder_bg.wasm']);
+  await bundled('web/src/absorb.ts', 'istar-absorb.js', ['istar_encoder_bg.wasm']);
   await bundled('web/src/names.ts', 'istar-names.js', []);
   for (const name of ['walk', 'controls', 'export', 'webgl2', 'webgpu'])
     await bundled(`web/src/${name}.ts`, `istar-${name}.js`, []);

@@ -4,6 +4,7 @@ import { at, TaskError, writeIfChanged } from './project.mjs';
 
 /** Modules of web/src that are files of their own in dist, fetched only when used. */
 const FETCHED = {
+  './absorb.js': './istar-absorb.js',
   './controls.js': './istar-controls.js',
   './cpu.js': './istar-cpu.js',
   './export.js': './istar-export.js',

@@ -1,0 +1,99 @@
+// Which regions absorb others. A module of its own, fetched only where styles ask for it: dist/istar-absorb.js. Who absorbs whom is told
+// by the encoder's module: src/absorb.rs.
+import { Borders } from '#encoder';
+import { loadEncoder } from './encoder.js';
+import type { Renderer, Scene } from './engine.js';
+import type { Styles } from './styles.js';
+import type { Loaded, Tiles } from './tiles.js';
+
+/** What is known of a tile: how long boundaries are, and the last answer. */
+interface Known {
+  borders: Borders;
+  absorbed: Uint32Array;
+  told: Uint32Array;
+  /** Regions and their absorbers, in turn. */
+  pairs: Uint32Array;
+}
+
+/** The third word of a record where another region absorbs the one: see src/style.rs. The first is then that one's place. */
+const ABSORBED = 3 << 11;
+
+const knowledge = new WeakMap<object, Known>();
+let encoder: Promise<void> | undefined;
+/** What `styles.absorbed` was made for. */
+const made = new WeakMap<Styles, { version: number; tiles: Tiles }>();
+
+/** Brings what tells. A failed load is forgotten, so that a retry fetches again. */
+export async function ready(): Promise<typeof absorb> {
+  encoder ??= loadEncoder().catch((cause) => {
+    encoder = undefined;
+    throw cause;
+  });
+  await encoder;
+  return absorb;
+}
+
+/**
+ * Completes the records of a tile's regions that are absorbed, and says in `styles.absorbed` by which others. The coarsest tiles tell
+ * first, so that all others agree; what these do not show the tile tells itself.
+ */
+export function absorb(
+  words: Uint32Array,
+  loaded: Loaded,
+  tiles: Tiles,
+  styles: Styles,
+  ratio: number,
+): void {
+  const { version } = styles;
+  const before = made.get(styles);
+  if (before?.version !== version || before.tiles !== tiles) styles.absorbed.clear();
+  made.set(styles, { version, tiles });
+  const last = tiles.file.archive.levels - 1;
+  const coarsest =
+    loaded.id.level === last ? [] : [...tiles.there.values()].filter(({ id }) => id.level === last);
+  // Once they are there, this is done again.
+  if (loaded.id.level !== last && coarsest.length === 0) delete loaded.styled;
+  const told = coarsest.flatMap((other) => {
+    // They may not be drawn: what they would be drawn with goes nowhere.
+    const { styled, ...unstyled } = other;
+    const nowhere = { setStyles() {} } as unknown as Renderer;
+    styles.apply(unstyled, {} as Scene, nowhere, ratio, tiles);
+    return [...(knowledge.get(other.tile)?.pairs ?? [])];
+  });
+  const pairs = pairsOf(loaded, words, told);
+  const own = new Map<number, number>();
+  for (let i = 0; i < pairs.length; i += 2) own.set(pairs[i] ?? 0, pairs[i + 1] ?? 0);
+  for (const [region, absorber] of own) styles.absorbed.set(region, absorber);
+  const ids = regionsOf(loaded);
+  const places = new Map<number | undefined, number>();
+  ids.forEach((region, i) => void places.set(region, i));
+  ids.forEach((region, i) => {
+    if (words[4 * i + 2] !== ABSORBED) return;
+    const place = places.get(own.get(region));
+    // Nobody absorbs it: it is not seen.
+    if (place === undefined) words[4 * i + 2] = 0;
+    else words[4 * i] = place;
+  });
+}
+
+function pairsOf(loaded: Loaded, words: Uint32Array, alreadyTold: number[]): Uint32Array {
+  const absorbed = regionsOf(loaded).filter((_, i) => words[4 * i + 2] === ABSORBED);
+  const told = Uint32Array.from(alreadyTold);
+  const { tile, id } = loaded;
+  const known = knowledge.get(tile);
+  if (absorbed.length === 0 && !known) return absorbed;
+  if (known && isSame(known.absorbed, absorbed) && isSame(known.told, told)) return known.pairs;
+  const borders = known?.borders ?? Borders.read(id.head, id.level, id.x, id.y, id.bytes);
+  const pairs = borders.absorbers(absorbed, told);
+  knowledge.set(tile, { borders, absorbed, told, pairs });
+  return pairs;
+}
+
+function regionsOf(loaded: Loaded): Uint32Array {
+  loaded.regions ??= loaded.tile.regions();
+  return loaded.regions.subarray(0, loaded.regions.length / 2);
+}
+
+function isSame(a: Uint32Array, b: Uint32Array): boolean {
+  return a.length === b.length && a.every((number, i) => number === b[i]);
+}
