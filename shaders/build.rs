@@ -1,6 +1,8 @@
 //! Translates the shaders for WebGL2 and tells cargo what to watch.
 
 #[cfg(feature = "gpu")]
+mod paste;
+#[cfg(feature = "gpu")]
 mod translate;
 
 fn main() {
@@ -20,7 +22,7 @@ fn main() {
 }
 
 /// Writes each module as `NAME.rs`, constants for the back ends, and its texts for the web as `NAME.js`, which a page
-/// fetches apart from the WebAssembly module: each back end needs only its own.
+/// fetches apart from the WebAssembly module: each back end needs only its own. And `material.js`, for other programs.
 #[cfg(feature = "gpu")]
 fn write_shaders() -> Result<(), String> {
     use translate::{
@@ -31,12 +33,22 @@ fn write_shaders() -> Result<(), String> {
     const NATIVE: &str = "#[cfg(not(target_arch = \"wasm32\"))]\n";
 
     let out = std::env::var_os("OUT_DIR").ok_or("cargo gave no OUT_DIR")?;
+    let read = |files: &[&str]| -> Result<String, String> {
+        let folder = std::path::Path::new("shaders");
+        let text = |file: &&str| {
+            std::fs::read_to_string(folder.join(file)).map_err(|e| format!("{file}: {e}"))
+        };
+        files.iter().map(text).collect()
+    };
+    let write = |name: &str, extension: &str, text: String| {
+        let path = std::path::Path::new(&out).join(name).with_extension(extension);
+        std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
+    };
+    let paste::Material { wgsl, glsl } = paste::material(&read(&paste::FILES)?)?;
+    let texts = format!("export const wgsl = {wgsl:?};\nexport const glsl = {glsl:?};\n");
+    write("material", "js", texts)?;
     for shaders in &MODULES {
-        let mut wgsl = String::new();
-        for file in shaders.files {
-            let text = std::fs::read_to_string(std::path::Path::new("shaders").join(file));
-            wgsl += &text.map_err(|e| format!("{file}: {e}"))?;
-        }
+        let wgsl = read(shaders.files)?;
         // Validated as written, so that an error shows the line and its comment.
         validate(&wgsl)?;
         let wgsl = shorten(&minify(&wgsl), &shaders.entry_points());
@@ -58,10 +70,8 @@ fn write_shaders() -> Result<(), String> {
         // Of each draw the vertex shader and the fragment shader. Such texts are the same in both languages: they
         // are ASCII, and of what is escaped there are only ends of lines.
         let texts = format!("export const wgsl = {wgsl:?};\nexport const glsl = {glsl:?};\n");
-        for (extension, text) in [("rs", constants), ("js", texts)] {
-            let path = std::path::Path::new(&out).join(shaders.name).with_extension(extension);
-            std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
-        }
+        write(shaders.name, "rs", constants)?;
+        write(shaders.name, "js", texts)?;
     }
     Ok(())
 }

@@ -151,7 +151,7 @@ pub fn shorten_values(glsl: &str) -> String {
 }
 
 /// The declarations of a shader, one after the other, with all between them.
-fn declarations(glsl: &str) -> impl Iterator<Item = &str> {
+pub fn declarations(glsl: &str) -> impl Iterator<Item = &str> {
     let mut depth = 0;
     glsl.split_inclusive(move |c: char| {
         match c {
@@ -193,7 +193,7 @@ fn free_names(tokens: &[&str]) -> impl Iterator<Item = String> {
 }
 
 /// Names, numbers, and the single characters between them.
-fn tokens(text: &str) -> Vec<&str> {
+pub fn tokens(text: &str) -> Vec<&str> {
     let mut tokens = Vec::new();
     let mut rest = text;
     while let Some(first) = rest.chars().next() {
@@ -227,8 +227,17 @@ pub fn translate(draw: &Draw, module: &Module) -> Result<[String; 2], String> {
     ])
 }
 
-/// One stage, with no more of the module than it needs.
-fn stage(module: &Module, shader_stage: ShaderStage, entry_point: &str) -> Result<String, String> {
+fn stage(module: &Module, stage: ShaderStage, entry_point: &str) -> Result<String, String> {
+    stage_with(module, stage, entry_point, &TEXTURES)
+}
+
+/// One stage, with no more of the module than it needs, and with these names for textures.
+pub fn stage_with(
+    module: &Module,
+    shader_stage: ShaderStage,
+    entry_point: &str,
+    textures: &[&str],
+) -> Result<String, String> {
     let mut module = module.clone();
     module.entry_points.retain(|entry| entry.name == entry_point);
     compact(&mut module, KeepUnused::No);
@@ -258,7 +267,7 @@ fn stage(module: &Module, shader_stage: ShaderStage, entry_point: &str) -> Resul
     // Naga's names are long, and others in each stage.
     for (long, mapping) in &reflected.texture_mapping {
         let binding = module.global_variables[mapping.texture].binding.map_or(0, |b| b.binding);
-        let short = TEXTURES.get(binding as usize);
+        let short = textures.get(binding as usize);
         text = text.replace(long, short.ok_or("a texture too many")?);
     }
     let is_block = |handle: Handle<GlobalVariable>| {

@@ -15,7 +15,7 @@
 //! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
 //! `container`, which [`open`] and [`encode_pyramid`] join with the encoder; `direct` makes a model of labels
 //! without a fit, for [`open`] and, a tile at a time, [`open_tile`]; `stream` reads pictures of any size row by
-//! row, [`encode_rows`], and packs such tiles.
+//! row, [`encode_rows`], and packs such tiles; `material` joins `gpu` and `raster` for other programs' scenes.
 //!
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 
@@ -71,6 +71,8 @@ mod texels;
 
 #[cfg(feature = "pack")]
 pub mod gpu;
+#[cfg(all(feature = "pack", any(feature = "encode", not(target_arch = "wasm32"))))]
+mod material;
 #[cfg(all(feature = "gpu", target_arch = "wasm32"))]
 mod wasm;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]
@@ -81,6 +83,8 @@ mod wasm_archive;
 mod wasm_error;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]
 mod wasm_fit;
+#[cfg(all(feature = "encode", feature = "pack", target_arch = "wasm32"))]
+mod wasm_material;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]
 mod wasm_paint;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]
@@ -105,6 +109,8 @@ pub use kernel::Kernel;
 pub use limits::{Limits, MAX_CANDIDATES, MAX_REGIONS};
 #[cfg(feature = "encode")]
 pub use lossy::{Lossy, encode_lossy};
+#[cfg(all(feature = "pack", any(feature = "encode", not(target_arch = "wasm32"))))]
+pub use material::Material;
 pub use model::{Image, Model};
 #[cfg(feature = "encode")]
 pub use open::{encode_lossless, open, open_exact};

@@ -52,6 +52,18 @@ pub fn tiles_of(size: [u32; 2]) -> Source<2> {
     painted(size, |x, y| 1 + (x / 5) % 3 + 3 * ((y / 5) % 3))
 }
 
+/// Blots of any size, down to a few pixels, in five classes.
+pub fn blots(size: [u32; 2]) -> Source<2> {
+    painted(size, |x, y| {
+        let [x, y] = [x, y].map(f64::from);
+        let wave = |step: f64, turn: f64| {
+            (x / step + turn).sin() + (y / step - turn).cos() + ((x - y) / (1.7 * step)).sin()
+        };
+        let sum = wave(97.0, 0.3) + wave(31.0, 1.1) + 0.8 * wave(9.0, 2.0);
+        1 + (sum + 4.0).clamp(0.0, 7.9) as u32 / 2 + u32::from(wave(140.0, 0.0) > 1.0)
+    })
+}
+
 /// Label 0 is transparent: a ring on nothing.
 pub fn ring() -> Source<2> {
     painted([100, 100], |x, y| {

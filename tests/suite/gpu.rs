@@ -1,6 +1,7 @@
 //! The shaders against the oracle, on whatever GPU this machine has: lavapipe where it has none.
 //! A machine without any Vulkan, Metal or DX12 driver fails here; the set-up installs lavapipe.
 
+mod material;
 mod moving;
 mod scenes;
 mod styles;

@@ -1,6 +1,8 @@
 //! Shaders without a GPU: they are valid, they translate for WebGL2, and their constants and
 //! uniforms are those of their Rust twins.
 
+#[path = "../../shaders/paste.rs"]
+mod paste;
 #[path = "../../shaders/translate.rs"]
 mod translate;
 
@@ -10,8 +12,17 @@ use translate::{
 };
 
 fn wgsl(shaders: &Shaders) -> String {
+    joined(shaders.files)
+}
+
+fn joined(files: &[&str]) -> String {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
-    shaders.files.iter().map(|file| std::fs::read_to_string(folder.join(file)).unwrap()).collect()
+    files.iter().map(|file| std::fs::read_to_string(folder.join(file)).unwrap()).collect()
+}
+
+/// The material's texts.
+pub fn pasted() -> paste::Material {
+    paste::material(&joined(&paste::FILES)).unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[test]
@@ -41,11 +52,37 @@ fn every_draw_is_valid_and_translates_to_webgl2() {
 }
 
 #[test]
+fn the_material_is_functions_that_a_program_can_paste() {
+    let paste::Material { wgsl, glsl } = pasted();
+    let (module, _) = validate(&wgsl).unwrap();
+    assert!(module.entry_points.is_empty());
+    // What it has at all is its own by name, and so no program's.
+    let globals = module.global_variables.iter().filter_map(|(_, global)| global.name.as_ref());
+    let functions = module.functions.iter().filter_map(|(_, function)| function.name.as_ref());
+    let types = module.types.iter().filter_map(|(_, ty)| ty.name.as_ref());
+    for name in globals.chain(functions).chain(types) {
+        assert!(name.starts_with("istar_"), "{name}");
+    }
+    for function in ["istar_sample", "istar_sample_from", "istar_region"] {
+        assert!(wgsl.contains(&format!("fn {function}(")), "{function}");
+        assert!(glsl.contains(&format!(" {function}(")), "{function}: {glsl}");
+    }
+    for (binding, name) in paste::TEXTURES.iter().enumerate() {
+        assert!(wgsl.contains(&format!("@group(1) @binding({binding}) var {name}:")), "{name}");
+        assert!(glsl.contains(&format!(" {name};")), "{name}");
+    }
+    for word in ["#version", "main(", "layout(location", "gl_FragCoord", "_group_"] {
+        assert!(!glsl.contains(word), "{word}: {glsl}");
+    }
+}
+
+#[test]
 fn every_shader_file_belongs_to_a_module() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
     for entry in std::fs::read_dir(folder).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
-        let used = MODULES.iter().any(|shaders| shaders.files.contains(&name.as_str()));
+        let used = MODULES.iter().any(|shaders| shaders.files.contains(&name.as_str()))
+            || paste::FILES.contains(&name.as_str());
         assert!(used || !name.ends_with(".wgsl"), "{name} is in no module and would go untested");
     }
 }

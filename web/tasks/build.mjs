@@ -75,7 +75,7 @@ function encoderWasm() {
   return wasmModule({
     name: 'istar_encoder',
     profile: 'wasm-encoder',
-    features: 'encode',
+    features: 'encode,pack',
     optimize: ['-O3'],
   });
 }
@@ -106,7 +106,7 @@ async function wasmModule({ name, profile, features, optimize }) {
   );
 }
 
-/** target/web/picture.js and its types: the shaders, as the crate's build script has written them in such a build. */
+/** target/web/picture.js, material.js and their types: the shaders, as the crate's build script has written them in such a build. */
 function shaders(build) {
   const messages = output('cargo', [...build, '--quiet', '--message-format=json']) ?? '';
   const parsed = messages
@@ -120,6 +120,11 @@ function shaders(build) {
   writeIfChanged(at('target', 'web', 'picture.js'), readFileSync(join(folder, 'picture.js')));
   const types = 'export const wgsl: string;\nexport const glsl: [string, string][];\n';
   writeIfChanged(at('target', 'web', 'picture.d.ts'), types);
+  writeIfChanged(at('target', 'web', 'material.js'), readFileSync(join(folder, 'material.js')));
+  writeIfChanged(
+    at('target', 'web', 'material.d.ts'),
+    'export const wgsl: string;\nexport const glsl: string;\n',
+  );
 }
 
 export async function bundle() {
@@ -131,6 +136,7 @@ export async function bundle() {
   for (const name of ['walk', 'controls', 'export', 'webgl2', 'webgpu'])
     await bundled(`web/src/${name}.ts`, `istar-${name}.js`, []);
   await bundled('web/src/legend.ts', 'istar-legend.js', []);
+  await bundled('web/src/material.ts', 'istar-material.js', ['istar_encoder_bg.wasm']);
   await bundled('web/src/cpu.ts', 'istar-cpu.js', ['istar-painter.js']);
   await bundled('web/src/painter.ts', 'istar-painter.js', ['istar_encoder_bg.wasm']);
 }
