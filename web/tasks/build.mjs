@@ -23,7 +23,7 @@ import {
 import { bundled, VIEWER_FETCHES } from './script.mjs';
 import { shortenNames } from './shorten.mjs';
 
-const PAGES = ['index.html', 'view.html', 'page.css', 'view.js', 'istar-offline.js'];
+const PAGES = ['index.html', 'view.html', 'museum.html', 'page.css', 'view.js', 'istar-offline.js'];
 
 export async function build() {
   await buildWith(cli, ['--release', '--features', 'cli']);
@@ -142,7 +142,8 @@ export async function bundle() {
 }
 
 export function pages() {
-  for (const name of PAGES) writeIfChanged(at('dist', name), readFileSync(at('web', name)));
+  const museum = readdirSync(at('web', 'museum')).map((name) => `museum/${name}`);
+  for (const name of [...PAGES, ...museum]) writeIfChanged(at('dist', name), readFileSync(at('web', name)));
 }
 
 async function gallery(tool) {

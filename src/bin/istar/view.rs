@@ -36,6 +36,8 @@ pub struct Args {
 #[derive(RustEmbed)]
 #[folder = "dist/"]
 #[exclude = "gallery/*"]
+#[exclude = "museum/*"]
+#[exclude = "museum.html"]
 // What only the npm package has.
 #[exclude = "types/*"]
 #[exclude = "custom-elements.json"]
