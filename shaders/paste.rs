@@ -27,6 +27,9 @@ const PREFIX: &str = "istar_";
 pub const TEXTURES: [&str; 6] =
     ["istar_blocks", "istar_cells", "istar_cuts", "istar_styles", "istar_about", "istar_colors"];
 
+/// What is said at the top of both texts.
+const NOTICE: &str = "// IStar's material: MIT or Apache-2.0, as you like.\n";
+
 /// Both texts.
 pub struct Material {
     pub wgsl: String,
@@ -51,7 +54,7 @@ pub fn material(files: &str) -> Result<Material, String> {
         functions(&translate::stage_with(&module, ShaderStage::Fragment, &entry, &TEXTURES)?);
     let wgsl = needed(&text, &CALLED);
     validate(&wgsl)?;
-    Ok(Material { wgsl, glsl })
+    Ok(Material { wgsl: [NOTICE, &wgsl].concat(), glsl: [NOTICE, &glsl].concat() })
 }
 
 fn without_comments(text: &str) -> String {

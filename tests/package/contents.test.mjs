@@ -25,6 +25,7 @@ const FILES = [
   'dist/istar-inlined.js',
   'dist/istar-labels.js',
   'dist/istar-legend.js',
+  'dist/istar-material.js',
   'dist/istar-names.js',
   'dist/istar-offline.js',
   'dist/istar-painter.js',
@@ -66,9 +67,10 @@ test('a server that renders pages may import every entry', () => {
     import { IStarViewer as Tag } from 'istar/element';
     import { IStarViewer as Inlined } from 'istar/inlined';
     import { IStarLegend } from 'istar/legend';
+    import { IStarMaterial } from 'istar/material';
     import 'istar/classic';
     import elements from 'istar/custom-elements.json' with { type: 'json' };
-    if (globalThis.document || Tag !== IStarViewer || !Inlined || !IStarLegend || !elements || !settings) throw 1;
+    if (globalThis.document || Tag !== IStarViewer || !Inlined || !IStarLegend || !IStarMaterial.wgsl || !elements || !settings) throw 1;
     const image = createElement('img', { src: 'map.png', alt: 'A map' });
     console.log(renderToString(createElement('istar-viewer', { src: 'map.istar', interactive: true }, image)));
   `;

@@ -18,7 +18,7 @@ after(() => browser?.close());
 
 test('every link and image of the site is there, and so is every element', () => {
   const pages = readdirSync(folder).filter((name) => name.endsWith('.html'));
-  assert.equal(pages.length, 5);
+  assert.equal(pages.length, 6);
   for (const name of pages) {
     const html = readFileSync(`${folder}/${name}`, 'utf8');
     // Code shows how links are written, and leads nowhere.
@@ -38,6 +38,14 @@ test('every link and image of the site is there, and so is every element', () =>
   ]) {
     assert.ok(api.includes(said), said);
   }
+});
+
+test('the museum finds its material and its pictures', async () => {
+  const { page, uncaught, close } = await harness.newPage(browser, { reducedMotion: 'reduce' });
+  await page.goto(`${files.base}museum.html?backend=webgl2`);
+  await page.waitForSelector('html[data-ready]');
+  assert.deepEqual(uncaught, []);
+  await close();
 });
 
 test('the comparison lays the other file over the same view', async () => {

@@ -95,6 +95,15 @@ export const PICTURES = [
     flat: true,
     width: 6,
   },
+  {
+    file: 'map',
+    title: 'Africa',
+    note: 'A detail of the map',
+    part: [2542, 804, 3797, 2060],
+    at: [0, 1.85, 0],
+    turn: 180,
+    width: 2.6,
+  },
 ];
 
 for (const picture of PICTURES) {

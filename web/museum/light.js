@@ -7,20 +7,20 @@ import { add, dot, scale, subtract } from './vectors.js';
 const DENSITY = 22;
 const SHEET = 1024;
 
-const PANEL_LIGHT = [1.0, 0.99, 0.96];
+const PANEL_LIGHT = [1.0, 0.985, 0.955];
 const LAMP_LIGHT = [1.0, 0.93, 0.82];
-const BOUNCED = [0.25, 0.235, 0.215];
+const BOUNCED = [0.36, 0.34, 0.315];
 
 /** Lamps hang from the ceiling, away from the wall. */
 const LAMPS = PICTURES.filter(({ flat }) => !flat).map((picture) => {
-  const from = add(add(picture.at, scale(picture.normal, 1.7)), [0, HEIGHT - 0.1 - picture.at[1], 0]);
+  const from = add(add(picture.at, scale(picture.normal, 2.3)), [0, HEIGHT - 0.1 - picture.at[1], 0]);
   const towards = subtract(picture.at, from);
   const length = Math.hypot(...towards);
   const spread = Math.max(...halfSize(picture)) / length;
   return {
     from,
     towards: scale(towards, 1 / length),
-    strength: 0.9 * length * length,
+    strength: 0.42 * length * length,
     spread,
     room: roomOf(picture.at[2]),
   };
@@ -59,7 +59,7 @@ export function lightAt(room, at, normal) {
       amount += (facing * Math.max(way[1], 0)) / distance ** 3;
     }
     const area = (panel.x[1] - panel.x[0]) * (panel.z[1] - panel.z[0]);
-    take(PANEL_LIGHT, (share * 0.3 * amount * area) / (parts[0] * parts[1]));
+    take(PANEL_LIGHT, (share * 0.5 * amount * area) / (parts[0] * parts[1]));
   }
   for (const lamp of LAMPS) {
     if (lamp.room !== room) continue;
@@ -68,7 +68,7 @@ export function lightAt(room, at, normal) {
     const facing = Math.max(-dot(way, normal) / distance, 0);
     const along = dot(way, lamp.towards) / distance;
     const off = Math.sqrt(Math.max(1 - along * along, 0)) / Math.max(along, 1e-3);
-    const beam = along <= 0 ? 0 : Math.exp(-((off / (1.15 * lamp.spread)) ** 3));
+    const beam = along <= 0 ? 0 : Math.exp(-((off / (1.3 * lamp.spread)) ** 3));
     take(LAMP_LIGHT, (lamp.strength * facing * beam) / (distance * distance));
   }
   return sum;

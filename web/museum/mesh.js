@@ -42,7 +42,12 @@ export function built() {
   for (const [i, surface] of faces.entries()) addSurface(meshes[surface.cover], surface, sheet.places[i]);
   const own = (at, color) => ({ at, light: sheet.plain, cover: [0, 0], color });
   for (const panel of PANELS) addPanel(meshes.plain, panel, own);
-  for (const { min, max } of BENCHES) addBox(meshes.plain, min, max, SEAT, own);
+  for (const { min, max } of BENCHES) {
+    addBox(meshes.plain, [min[0], max[1] - 0.07, min[2]], max, SEAT, own);
+    for (const x of [min[0] + 0.12, max[0] - 0.18]) {
+      addBox(meshes.plain, [x, 0, min[2] + 0.04], [x + 0.06, max[1] - 0.07, max[2] - 0.04], WOOD, own);
+    }
+  }
   const labels = [];
   for (const picture of PICTURES) {
     addFrame(meshes.plain, picture, own);
@@ -185,20 +190,24 @@ function addFrame(mesh, picture, own) {
   }
   if (picture.flat) return;
   // The mat is darker below the upper bar, whose shadow falls on it.
-  const [x, y] = [picture.width / 2, picture.height / 2];
+  // It lies over the picture's rim.
+  const [x, y] = [picture.width / 2 - 0.004, picture.height / 2 - 0.004];
   const paper = (px, py, strength) => {
     const at = before(picture, px, py, 0.012);
     return own(at, lit(at, picture.normal, PAPER, strength));
   };
-  const band = (left, lower, right, upper, shades = [1, 1, 1, 1]) =>
-    mesh.quad([
-      paper(left, lower, shades[0]),
-      paper(right, lower, shades[1]),
-      paper(right, upper, shades[2]),
-      paper(left, upper, shades[3]),
-    ]);
+  // In steps, since light changes over it.
+  const band = (left, lower, right, upper, top = 1) => {
+    for (let i = 0; i < LIT; i++) {
+      const isWide = right - left > upper - lower;
+      const [s, t] = [i / LIT, (i + 1) / LIT];
+      const [l, r] = isWide ? [left + s * (right - left), left + t * (right - left)] : [left, right];
+      const [d, u] = isWide ? [lower, upper] : [lower + s * (upper - lower), lower + t * (upper - lower)];
+      mesh.quad([paper(l, d, 1), paper(r, d, 1), paper(r, u, top), paper(l, u, top)]);
+    }
+  };
   const shade = innerY - 0.05;
-  band(-innerX, shade, innerX, innerY, [1, 1, 0.55, 0.55]);
+  band(-innerX, shade, innerX, innerY, 0.6);
   band(-innerX, y, innerX, shade);
   band(-innerX, -innerY, innerX, -y);
   band(-innerX, -y, -x, y);
@@ -206,31 +215,10 @@ function addFrame(mesh, picture, own) {
   // What is seen until the picture is there.
   const behind = (px, py) => own(before(picture, px, py, 0.006), [0.8, 0.79, 0.76]);
   mesh.quad([behind(-x, -y), behind(x, -y), behind(x, y), behind(-x, y)]);
-  // The cut edge of the mat.
-  const bevel = 0.008;
-  const edge = (four, strength) => mesh.quad(four.map(([px, py]) => paper(px, py, strength)));
-  edge(
-    [
-      [-x, y - bevel],
-      [x, y - bevel],
-      [x, y],
-      [-x, y],
-    ],
-    0.62,
-  );
-  edge(
-    [
-      [-x, -y],
-      [x, -y],
-      [x, -y + bevel],
-      [-x, -y + bevel],
-    ],
-    1.2,
-  );
 }
 
 /** Cards are on one texture, in two columns. */
-export const CARDS = { columns: 2, rows: 4, width: 0.42, height: 0.21 };
+export const CARDS = { columns: 2, rows: 4, width: 0.5, height: 0.25 };
 
 function addLabel(mesh, picture, index, light) {
   const [half, halfY] = halfSize(picture);

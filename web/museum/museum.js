@@ -114,7 +114,10 @@ function draw(now) {
     resize();
   }
   last = visitor.isMoving ? now : 0;
-  const at = [0, canvas.width * Number(split.value), canvas.width + 1][mode];
+  // Where the thumb's middle is.
+  const thumb = 36 / stage.clientWidth;
+  const across = thumb / 2 + Number(split.value) * (1 - thumb);
+  const at = [0, canvas.width * across, canvas.width + 1][mode];
   const seen = lens(visitor, canvas.width / canvas.height, FOVY, renderer.isHalf);
   const order = PICTURES.map(({ file, at }, i) => [i, file, Math.hypot(...subtract(at, visitor.at))]);
   renderer.draw(
@@ -274,6 +277,7 @@ globalThis.museum = {
     stopTour();
   },
   mode: setMode,
+  place: () => visitor.at,
 };
 
 function stopTour() {

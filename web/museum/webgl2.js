@@ -14,7 +14,7 @@ layout(location = 1) in vec2 light;
 layout(location = 2) in vec2 cover;
 layout(location = 3) in vec3 color;
 uniform mat4 lens;
-out vec2 onSheet;
+centroid out vec2 onSheet;
 out vec2 onCover;
 out vec3 own;
 void main() {
@@ -34,7 +34,7 @@ vec3 dithered(vec3 color) {
 `;
 
 const SURFACE = `${HEAD}
-in vec2 onSheet;
+centroid in vec2 onSheet;
 in vec2 onCover;
 in vec3 own;
 uniform sampler2D sheet;

@@ -8,7 +8,7 @@ struct Seen { lens: mat4x4<f32>, split: vec4<f32> }
 @group(0) @binding(0) var<uniform> seen: Seen;
 struct Corner {
   @builtin(position) position: vec4<f32>,
-  @location(0) light: vec2<f32>,
+  @location(0) @interpolate(perspective, centroid) light: vec2<f32>,
   @location(1) cover: vec2<f32>,
   @location(2) color: vec3<f32>,
 }

@@ -48,7 +48,7 @@ function packed(name) {
 }
 
 /** Entries of the package that have types of ours. */
-const TYPED = ['index', 'define', 'legend'];
+const TYPED = ['index', 'define', 'legend', 'material'];
 
 /** dist/types: what the entries' types need of all that TypeScript tells, and those for frameworks. */
 function declarations() {

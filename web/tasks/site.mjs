@@ -13,9 +13,11 @@ const PAGES = [
   ['documentation.html', 'In documentation'],
   ['api.html', 'API'],
   ['format.html', 'File format'],
+  ['museum.html', 'Museum'],
 ];
 /** Where the site has what our pages link to in the repository. */
 const LINKS = {
+  'web/museum.html': 'museum.html',
   'web/recipes.md': 'documentation.html',
   'src/container/SPEC.md': 'format.html',
   'web/readme.png': 'readme.png',
@@ -33,11 +35,24 @@ export function site() {
   cpSync(at('web', 'gallery'), `${SITE}/gallery`, { recursive: true });
   cpSync(at('dist', 'gallery'), `${SITE}/gallery`, { recursive: true });
   for (const name of ['site.css', 'compare.js']) copyFileSync(at('web', 'site', name), `${SITE}/${name}`);
+  museum();
   page('index.html', comparison());
   page('guide.html', markdown('README.md'));
   page('documentation.html', markdown('web/recipes.md'));
   page('api.html', api());
   page('format.html', markdown('src/container/SPEC.md'));
+}
+
+/** A page of its own kind: its scripts lie beside the pictures there, and the material with the others of the package. */
+function museum() {
+  copyFileSync(at('web', 'museum.html'), `${SITE}/museum.html`);
+  for (const name of readdirSync(at('web', 'museum'))) {
+    const text = readFileSync(at('web', 'museum', name), 'utf8');
+    writeIfChanged(
+      `${SITE}/museum/${name}`,
+      text.replaceAll('../istar-material.js', '../istar/istar-material.js'),
+    );
+  }
 }
 
 function page(name, body) {

@@ -36,6 +36,7 @@ pub struct Args {
 #[derive(RustEmbed)]
 #[folder = "dist/"]
 #[exclude = "gallery/*"]
+#[exclude = "istar-material.js"]
 #[exclude = "museum/*"]
 #[exclude = "museum.html"]
 // What only the npm package has.
