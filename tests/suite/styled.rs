@@ -152,7 +152,7 @@ fn an_absorbed_region_is_drawn_as_its_neighbour() {
         .expect("a boundary of the two");
     for scale in [1.0, 8.0] {
         let mut camera = Camera::new(image.size, [8, 8]);
-        camera.look_at(between.clone(), scale);
+        camera.look_at(between, scale);
         let drawn = |styles: &Styles| {
             let mut pixels = vec![[0; 4]; 64];
             Painter::with_styles(&image, styles.clone()).draw(&camera, 0, true, &mut pixels);
