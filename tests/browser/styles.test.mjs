@@ -1,7 +1,11 @@
 // Styles of regions: what the page sets is what the command line draws, whatever draws it.
 import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { test } from 'node:test';
-import { at } from '../../web/tasks/project.mjs';
+import { PNG } from 'pngjs';
+import { at, checkedCli } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
 /** Rays that look for outlines end in another step where f32 has a boundary on the other side of it. */
@@ -11,6 +15,10 @@ const FILE = at('dist', 'gallery', 'map.istar');
 const PLACE = '3080,740,2';
 
 const run = harness.session();
+const folder = harness.temporaryFolder();
+const files = harness.serveFiles((request, response) =>
+  response.end(readFileSync(join(folder, request.url))),
+);
 
 async function opened(backend) {
   const opened = await harness.newPage(run.browser, { viewport: SIZE });
@@ -118,6 +126,38 @@ for (const backend of [...harness.BACKENDS, 'cpu']) {
     await close();
   });
 }
+
+test('all tiles agree on who absorbs a region', async () => {
+  // A band lies along red for longest, and in some tiles red is out of sight.
+  const png = new PNG({ width: 1200, height: 800 });
+  for (let i = 0; i < 1200 * 800; i++) {
+    const [x, y] = [i % 1200, Math.floor(i / 1200)];
+    const isBand = y >= 300 && y < 340 && x > 100 && x < 1000;
+    png.data.set(isBand ? [20, 160, 60, 255] : x <= 700 ? [200, 40, 40, 255] : [40, 40, 200, 255], 4 * i);
+  }
+  writeFileSync(join(folder, 'band.png'), PNG.sync.write(png));
+  const file = join(folder, 'band.istar');
+  execFileSync(checkedCli, ['encode', join(folder, 'band.png'), '-o', file, '--tile-size', '256']);
+  const { page, uncaught, close } = await harness.newPage(run.browser, { viewport: SIZE });
+  await page.goto(`${run.server.url}view.html?backend=webgl2&src=${files.base}band.istar#view=900,320,4`);
+  await harness.event(page, 'load');
+  await page.evaluate(async () => {
+    const viewer = document.querySelector('istar-viewer');
+    viewer.styles = { colors: { '#14a03c': { visible: 'absorbed' } } };
+    await viewer.painted;
+  });
+  assert.deepEqual(middle(await harness.shot(page)), [200, 40, 40, 255]);
+  const picked = await page.evaluate(async () => {
+    const viewer = document.querySelector('istar-viewer');
+    const absorber = viewer.pick(innerWidth / 2, innerHeight / 2);
+    viewer.zoomTo(300, 100, 4);
+    await viewer.painted;
+    return [absorber, viewer.pick(innerWidth / 2, innerHeight / 2)];
+  });
+  assert.equal(picked[0], picked[1]);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
 
 test('nonsense from a page does no harm', async () => {
   const { page, uncaught, close } = await opened('webgl2');

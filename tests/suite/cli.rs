@@ -459,3 +459,38 @@ fn help_names_every_command() {
         assert!(help.contains(command), "{help}");
     }
 }
+
+#[test]
+fn all_tiles_agree_on_who_absorbs_a_region() {
+    // A band lies along red for longest, and in some tiles red is out of sight.
+    let folder = Folder::new();
+    let image = folder.path("band.png");
+    let color = |x: u32, y: u32| match (x, y) {
+        (101..1000, 300..340) => [20, 160, 60],
+        (..701, _) => [200, 40, 40],
+        _ => [40, 40, 200],
+    };
+    let pixels: Vec<u8> = (0..800).flat_map(|y| (0..1200).flat_map(move |x| color(x, y))).collect();
+    let mut writer = png::Encoder::new(std::fs::File::create(&image).unwrap(), 1200, 800);
+    writer.set_color(png::ColorType::Rgb);
+    writer.write_header().unwrap().write_image_data(&pixels).unwrap();
+    let (file, out) = (folder.path("band.istar"), folder.path("view.png"));
+    let (file, out) = (text(&file), text(&out));
+    succeed(&["encode", text(&image), "-o", file, "--tile-size", "256"]);
+    let style = folder.file("style.json", br##"{"colors": {"#14a03c": {"visible": "absorbed"}}}"##);
+    for center in ["400,320", "700,320", "900,320", "985,320"] {
+        for scale in ["0.2", "1", "8"] {
+            let view = ["--center", center, "--scale", scale, "--size", "5x5"];
+            let words = [&["render", file, "-o", out, "--style", text(&style)][..], &view].concat();
+            succeed(&words);
+            let mut reader = png::Decoder::new(std::io::Cursor::new(std::fs::read(out).unwrap()))
+                .read_info()
+                .unwrap();
+            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut pixels).unwrap();
+            // Three channels, or four where something is not opaque.
+            let middle = pixels.len() / 25 * 12;
+            assert_eq!(pixels[middle..middle + 3], [200, 40, 40], "{center} {scale}×");
+        }
+    }
+}

@@ -53,27 +53,60 @@ export function absorb(
     loaded.id.level === last ? [] : [...tiles.there.values()].filter(({ id }) => id.level === last);
   // Once they are there, this is done again.
   if (loaded.id.level !== last && coarsest.length === 0) delete loaded.styled;
-  const told = coarsest.flatMap((other) => {
-    // They may not be drawn: what they would be drawn with goes nowhere.
-    const { styled, ...unstyled } = other;
-    const nowhere = { setStyles() {} } as unknown as Renderer;
-    styles.apply(unstyled, {} as Scene, nowhere, ratio, tiles);
-    return [...(knowledge.get(other.tile)?.pairs ?? [])];
-  });
-  const pairs = pairsOf(loaded, words, told);
-  const own = new Map<number, number>();
-  for (let i = 0; i < pairs.length; i += 2) own.set(pairs[i] ?? 0, pairs[i + 1] ?? 0);
-  for (const [region, absorber] of own) styles.absorbed.set(region, absorber);
   const ids = regionsOf(loaded);
-  const places = new Map<number | undefined, number>();
+  const places = new Map<number, number>();
   ids.forEach((region, i) => void places.set(region, i));
+  const told: number[] = [];
+  /** What has its absorber in another tile, and who that is: it is drawn by a record of its own that says the same. */
+  const elsewhere = new Map<number, number>();
+  for (const { pairs, recordOf } of coarsest.map((other) => tellingOf(other, tiles, styles, ratio))) {
+    for (const [region, absorber] of inTwos(pairs)) {
+      const place = places.get(region);
+      if (place === undefined) continue;
+      styles.absorbed.set(region, absorber);
+      if (places.has(absorber)) told.push(region, absorber);
+      else {
+        words.set(recordOf(absorber), 4 * place);
+        elsewhere.set(region, absorber);
+      }
+    }
+  }
+  const own = new Map(inTwos(pairsOf(loaded, words, told)));
+  for (const [region, absorber] of own) styles.absorbed.set(region, elsewhere.get(absorber) ?? absorber);
   ids.forEach((region, i) => {
     if (words[4 * i + 2] !== ABSORBED) return;
-    const place = places.get(own.get(region));
+    const place = places.get(own.get(region) ?? -1);
     // Nobody absorbs it: it is not seen.
     if (place === undefined) words[4 * i + 2] = 0;
     else words[4 * i] = place;
   });
+}
+
+/** What a coarse tile tells: who absorbs whom, and the records of those. It may not be drawn: its records go nowhere. */
+function tellingOf(
+  other: Loaded,
+  tiles: Tiles,
+  styles: Styles,
+  ratio: number,
+): { pairs: Uint32Array; recordOf: (region: number) => Uint32Array } {
+  const { styled, ...unstyled } = other;
+  let records = new Uint32Array();
+  const nowhere = {
+    setStyles(_: Scene, __: number, words: Uint32Array<ArrayBuffer>) {
+      records = words;
+    },
+  };
+  styles.apply(unstyled, {} as Scene, nowhere as unknown as Renderer, ratio, tiles);
+  const ids = regionsOf(other);
+  const recordOf = (region: number) => {
+    const at = 4 * ids.indexOf(region);
+    return records.subarray(at, at + 4);
+  };
+  return { pairs: knowledge.get(other.tile)?.pairs ?? new Uint32Array(), recordOf };
+}
+
+function* inTwos(numbers: Uint32Array): Generator<[number, number]> {
+  for (let i = 0; i < numbers.length; i += 2) yield [numbers[i] ?? 0, numbers[i + 1] ?? 0];
 }
 
 function pairsOf(loaded: Loaded, words: Uint32Array, alreadyTold: number[]): Uint32Array {

@@ -1,7 +1,7 @@
 //! `istar render`
 
 use crate::archive::{Archive, Section};
-use crate::styles::Sheet;
+use crate::styles::{Absorbed, Sheet};
 use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
 use istar::container::Payload;
@@ -92,7 +92,7 @@ pub struct Look {
     /// Without, as the file has it.
     pub sheet: Option<Sheet>,
     /// Regions that others absorb, as the coarsest level tells: so all views of a picture agree.
-    pub absorbed: Vec<[RegionId; 2]>,
+    pub absorbed: Vec<Absorbed>,
 }
 
 impl Look {

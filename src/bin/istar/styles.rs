@@ -170,15 +170,33 @@ impl Sheet {
         image: &Image,
         numbers: &[RegionId],
         step: f64,
-        known: &[[RegionId; 2]],
+        known: &[Absorbed],
     ) -> Styles {
+        let of_color = self.of_color();
         let mut styles = Styles::new(image);
-        for (own, (color, parts)) in (0..).zip(self.parts(image, numbers)) {
-            styles.set(own, &style_of(color, parts, step));
+        for (own, (region, &number)) in (0..).zip(image.regions.iter().zip(numbers)) {
+            let parts = self.parts(&of_color, number, region.color);
+            styles.set(own, &style_of(region.color, parts, step));
         }
-        if self.absorbs() {
-            styles.absorb(&self.absorbers(image, numbers, known));
+        if !self.absorbs() {
+            return styles;
         }
+        let place = |number: RegionId| Some(numbers.binary_search(&number).ok()? as RegionId);
+        // Whose absorber is not in sight is drawn by a style of its own that says the same.
+        let (mut here, mut elsewhere) = (Vec::new(), Vec::new());
+        for known in known {
+            match (place(known.region), place(known.absorber)) {
+                (Some(region), Some(absorber)) => here.push([region, absorber]),
+                (Some(region), None) => {
+                    let parts = self.parts(&of_color, known.absorber, known.color);
+                    styles.set(region, &style_of(known.color, parts, step));
+                    elsewhere.push(region);
+                }
+                (None, _) => {}
+            }
+        }
+        elsewhere.sort_unstable();
+        styles.absorb(&self.absorbers(image, numbers, &here, &elsewhere));
         styles
     }
 
@@ -190,45 +208,56 @@ impl Sheet {
             .any(|part| visibility([Some(part)]) == Visibility::Absorbed)
     }
 
-    /// The regions of a picture that others absorb, with those: by their numbers in the file.
-    pub fn absorbed(&self, image: &Image, numbers: &[RegionId]) -> Vec<[RegionId; 2]> {
-        let absorbers = self.absorbers(image, numbers, &[]);
-        let pairs = numbers.iter().zip(absorbers).filter_map(|(&region, absorber)| {
-            let absorber = *numbers.get(absorber? as usize)?;
-            (absorber != region).then_some([region, absorber])
+    /// The regions of a picture that others absorb.
+    pub fn absorbed(&self, image: &Image, numbers: &[RegionId]) -> Vec<Absorbed> {
+        let absorbers = self.absorbers(image, numbers, &[], &[]);
+        let told = numbers.iter().zip(absorbers).filter_map(|(&region, absorber)| {
+            let color = image.regions[absorber? as usize].color;
+            let absorber = numbers[absorber? as usize];
+            (absorber != region).then_some(Absorbed { region, absorber, color })
         });
-        pairs.collect()
+        told.collect()
     }
 
+    /// As which region each is drawn. Those that are drawn by another's style already are themselves.
     fn absorbers(
         &self,
         image: &Image,
         numbers: &[RegionId],
         known: &[[RegionId; 2]],
+        but: &[RegionId],
     ) -> Vec<Option<RegionId>> {
-        let absorbed: Vec<bool> = self
-            .parts(image, numbers)
-            .map(|(_, parts)| visibility(parts) == Visibility::Absorbed)
-            .collect();
-        let own = |number: RegionId| Some(numbers.binary_search(&number).ok()? as RegionId);
-        let known: Vec<[RegionId; 2]> =
-            known.iter().filter_map(|&[a, b]| Some([own(a)?, own(b)?])).collect();
-        Borders::new(image).absorbers(|region| absorbed[region as usize], &known)
+        let of_color = self.of_color();
+        let is_absorbed = |region: RegionId| {
+            let (number, color) = (numbers[region as usize], image.regions[region as usize].color);
+            but.binary_search(&region).is_err()
+                && visibility(self.parts(&of_color, number, color)) == Visibility::Absorbed
+        };
+        let all = 0..image.regions.len() as RegionId;
+        let absorbed: Vec<bool> = all.map(is_absorbed).collect();
+        Borders::new(image).absorbers(|region| absorbed[region as usize], known)
     }
 
-    /// Of each region its own colour, and all that is said of it, what counts first first.
+    fn of_color(&self) -> BTreeMap<[u8; 4], &Part> {
+        self.colors.iter().filter_map(|(text, part)| Some((color(text).ok()?, part))).collect()
+    }
+
+    /// All that is said of a region, what counts first first.
     fn parts<'a>(
         &'a self,
-        image: &'a Image,
-        numbers: &'a [RegionId],
-    ) -> impl Iterator<Item = ([u8; 4], [Option<&'a Part>; 3])> {
-        let of_color: BTreeMap<[u8; 4], &Part> =
-            self.colors.iter().filter_map(|(text, part)| Some((color(text).ok()?, part))).collect();
-        image.regions.iter().zip(numbers).map(move |(region, number)| {
-            let of_color = of_color.get(&region.color).copied();
-            (region.color, [self.regions.get(number), of_color, Some(&self.all)])
-        })
+        of_color: &BTreeMap<[u8; 4], &'a Part>,
+        number: RegionId,
+        color: [u8; 4],
+    ) -> [Option<&'a Part>; 3] {
+        [self.regions.get(&number), of_color.get(&color).copied(), Some(&self.all)]
     }
+}
+
+/// A region that another one absorbs, by their numbers in the file, and that one's own colour.
+pub struct Absorbed {
+    region: RegionId,
+    absorber: RegionId,
+    color: [u8; 4],
 }
 
 /// What the first part that says anything of it says.
