@@ -46,15 +46,9 @@ fn steepest(c: Columns, low: vec2<f32>, high: vec2<f32>) -> f32 {
     return length(vec2(dot(c1 + 2.0 * most.x * c2, powers), row.y + 2.0 * most.y * row.z));
 }
 
-// The value of a cut where the place in the cell is `u`.
-fn value_at(c: Columns, u: vec2<f32>) -> f32 {
-    let steep = bitcast<vec3<f32>>(c.c1.xyz) + u.x * bitcast<vec3<f32>>(c.c2.xyz);
-    let row = bitcast<vec3<f32>>(c.c0.xyz) + u.x * steep;
-    return row.x + u.y * (row.y + u.y * row.z);
-}
-
 // A cut where the place in the cell is `u`, in units of which `per_cell` is a sub-sample.
-fn cut_at(columns: Columns, u: vec2<f32>, per_cell: f32) -> Cut {
+fn cut(index: u32, u: vec2<f32>, per_cell: f32) -> Cut {
+    let columns = columns(index);
     let c1 = bitcast<vec3<f32>>(columns.c1.xyz);
     let steep = u.x * bitcast<vec3<f32>>(columns.c2.xyz);
     let row = bitcast<vec3<f32>>(columns.c0.xyz) + u.x * (c1 + steep);
@@ -62,10 +56,6 @@ fn cut_at(columns: Columns, u: vec2<f32>, per_cell: f32) -> Cut {
     let gradient = vec2(dot(c1 + 2.0 * steep, powers), row.y + 2.0 * u.y * row.z);
     let value = vec3(dot(row, powers), gradient * per_cell);
     return Cut(value, columns.c0.w, columns.c1.w, columns.c2.w);
-}
-
-fn cut(index: u32, u: vec2<f32>, per_cell: f32) -> Cut {
-    return cut_at(columns(index), u, per_cell);
 }
 
 // The side of a boundary that the place is not on.

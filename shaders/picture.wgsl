@@ -135,23 +135,29 @@ fn seen_between(word: u32, low: vec2<f32>, high: vec2<f32>) -> Seen {
 
 // More than two.
 const MANY = 3u;
+// How near to zero a cut that parts nothing may come before a pixel is taken for one of both sides, in units of value a
+// pixel: nearer than f32 tells.
+const SLIGHT = 1e-6;
 
 // What the pixels of a plain patch need. Both draws must find the very same corners, lest a pixel fall between them.
+// A GPU's time goes into handing these numbers to pixels more than into all that is done with them: no more than these.
 struct Corner {
     @invariant @builtin(position) position: vec4<f32>,
-    // The cell's cut.
-    @location(0) @interpolate(flat) c0: vec4<u32>,
-    @location(1) @interpolate(flat) c1: vec4<u32>,
-    @location(2) @interpolate(flat) c2: vec4<u32>,
-    // The colours of both sides, premultiplied.
-    @location(3) @interpolate(flat) positive: vec4<f32>,
-    @location(4) @interpolate(flat) negative: vec4<f32>,
-    // The place in the cell of the viewport's upper left corner, in units of which `per_cell` is a pixel. A place that is
-    // interpolated from corner to corner would be off: some GPUs move corners by up to a thirty-second of a pixel.
-    @location(5) @interpolate(flat) zero: vec2<f32>,
-    @location(6) @interpolate(flat) per_cell: f32,
-    // Pixels where the cut is at least that far from zero are of one region: most need no more than its value.
-    @location(7) @interpolate(flat) limit: f32,
+    // The patch's cut: columns of a polynomial of pixels from `first` on, of such a scale that what is 1 from zero, or
+    // more, is of one region.
+    @location(0) @interpolate(flat) c0: vec3<f32>,
+    @location(1) @interpolate(flat) c1: vec3<f32>,
+    @location(2) @interpolate(flat) c2: vec3<f32>,
+    // The pixel where the patch starts, about. A place that is interpolated from corner to corner would be off: some GPUs
+    // move corners by up to a thirty-second of a pixel.
+    @location(3) @interpolate(flat) first: vec2<f32>,
+    // The colours of both sides.
+    @location(4) @interpolate(flat) colors: vec2<u32>,
+}
+
+// 1, x and x^2 of x = start + by * d, as columns: factors of 1, d and d^2.
+fn shifted(start: f32, by: f32) -> mat3x3<f32> {
+    return mat3x3(vec3(1.0, 0.0, 0.0), vec3(start, by, 0.0), vec3(start * start, 2.0 * start * by, by * by));
 }
 
 // Corners are numbered through a row of patches, six a patch, for the first draw and then once more for the second.
@@ -176,21 +182,20 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
         & ((motif_of(positive) | motif_of(negative)) == 0u);
     let parts = ((seen.cut.c1.w & PART) != 0u) & ((view.flags & ANTIALIAS) != 0u);
     let limit = select(0.0, REACH * per_cell * steepest(seen.cut, low, high), parts);
+    let first = floor((crossing(at) + 1.0) / view.to_clip);
+    let start = zero + first * per_cell;
+    let cut = mat3x3(
+        bitcast<vec3<f32>>(seen.cut.c0.xyz),
+        bitcast<vec3<f32>>(seen.cut.c1.xyz),
+        bitcast<vec3<f32>>(seen.cut.c2.xyz),
+    );
+    let scaled = cut * (1.0 / max(limit, SLIGHT * per_cell));
+    let about = shifted(start.y, per_cell) * scaled * transpose(shifted(start.x, per_cell));
     var position = vec4(clip.x, -clip.y, 0.0, 1.0);
     if is_plain != (vertex < 6u * view.patches.x) {
         position = vec4(0.0);
     }
-    return Corner(
-        position,
-        seen.cut.c0,
-        seen.cut.c1,
-        seen.cut.c2,
-        premultiplied(positive.x),
-        premultiplied(negative.x),
-        zero,
-        per_cell,
-        limit,
-    );
+    return Corner(position, about[0], about[1], about[2], first, vec2(positive.x, negative.x));
 }
 
 // The middle of a pixel, in pixels of the viewport.
@@ -211,15 +216,17 @@ fn finished(color: vec4<f32>, middle: vec2<f32>) -> vec4<f32> {
 @fragment
 fn paint_plain(plain: Corner) -> @location(0) vec4<f32> {
     let middle = middle_of(plain.position);
-    let cut = Columns(plain.c0, plain.c1, plain.c2);
-    let u = plain.zero + middle * plain.per_cell;
-    let value = value_at(cut, u);
+    let at = middle - plain.first;
+    let row = plain.c0 + at.x * (plain.c1 + at.x * plain.c2);
+    let value = row.x + at.y * (row.y + at.y * row.z);
     var own = 1.0;
-    if abs(value) < plain.limit {
-        own = own_share(cut_at(cut, u, plain.per_cell).at);
+    if abs(value) < 1.0 {
+        let slope = plain.c1 + 2.0 * at.x * plain.c2;
+        let by = vec2(slope.x + at.y * (slope.y + at.y * slope.z), row.y + 2.0 * at.y * row.z);
+        own = own_share(vec3(value, by));
     }
     let share = select(1.0 - own, own, value > 0.0);
-    return finished(mix(plain.negative, plain.positive, share), middle);
+    return finished(mix(premultiplied(plain.colors.y), premultiplied(plain.colors.x), share), middle);
 }
 
 // The place of the sub-sample after one, in a row from left to right and then in the next; past the last row once all
