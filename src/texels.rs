@@ -50,6 +50,12 @@ impl Csr {
 impl<const E: usize> Texels<E> {
     /// The texels that cells of `model` need, with the values that they have there.
     pub fn as_stored<const D: usize>(model: &Model<D, E>) -> Self {
+        Self::numbered(model, |_, _| ())
+    }
+
+    /// The same; `join` makes one of what is one, after the texels of each size were numbered: it is told which
+    /// number was the first of these.
+    fn numbered<const D: usize>(model: &Model<D, E>, join: impl Fn(&mut Self, u32)) -> Self {
         let mut texels = Texels {
             values: Vec::new(),
             places: vec![Vec::new(); model.blocks.len()],
@@ -63,6 +69,7 @@ impl<const E: usize> Texels<E> {
         for texel_log2 in (0..=model.block_log2).rev() {
             let numbered = texels.values.len();
             texels.add_size(model, texel_log2);
+            join(&mut texels, numbered as u32);
             sources.resize(texels.values.len(), Vec::new());
             if numbered > 0 {
                 texels.derive(model, texel_log2, &mut sources);
@@ -135,32 +142,40 @@ impl<const E: usize> Texels<E> {
         texel_grid: [u32; D],
         within: [u32; D],
     ) -> Option<u32> {
+        self.others(block_grid, block, cell_grid, texel_grid, within).next()
+    }
+
+    /// The numbers that earlier blocks of the same texel size, next to a block, have for one of its texels.
+    fn others<const D: usize>(
+        &self,
+        block_grid: [u32; D],
+        block: usize,
+        cell_grid: [u32; D],
+        texel_grid: [u32; D],
+        within: [u32; D],
+    ) -> impl Iterator<Item = u32> {
         let at = grid::place(block_grid, block);
-        for step in grid::places([3; D]) {
-            let mut beside = [0; D];
-            let mut there = [0; D];
-            let is_there = (0..D).all(|axis| {
-                beside[axis] = (at[axis] + step[axis]).wrapping_sub(1);
-                there[axis] =
-                    (within[axis] + cell_grid[axis]).wrapping_sub(step[axis] * cell_grid[axis]);
-                beside[axis] < block_grid[axis] && there[axis] < texel_grid[axis]
-            });
-            if !is_there {
-                continue;
-            }
-            let beside = grid::index(block_grid, beside);
-            if beside >= block {
-                // Steps run in order: everything from here on comes later.
-                return None;
-            }
-            let number = self.places[beside].get(grid::index(texel_grid, there));
-            // A block of another texel size has other places.
-            let is_same = self.places[beside].len() == grid::count(texel_grid);
-            if let Some(&number) = number.filter(|&&number| is_same && number != UNUSED) {
-                return Some(number);
-            }
-        }
-        None
+        grid::places([3; D])
+            .filter_map(move |step| {
+                let mut beside = [0; D];
+                let mut there = [0; D];
+                let is_there = (0..D).all(|axis| {
+                    beside[axis] = (at[axis] + step[axis]).wrapping_sub(1);
+                    there[axis] =
+                        (within[axis] + cell_grid[axis]).wrapping_sub(step[axis] * cell_grid[axis]);
+                    beside[axis] < block_grid[axis] && there[axis] < texel_grid[axis]
+                });
+                is_there.then(|| (grid::index(block_grid, beside), there))
+            })
+            // Steps run in order: everything from there on comes later.
+            .take_while(move |&(beside, _)| beside < block)
+            .filter_map(move |(beside, there)| {
+                let places = &self.places[beside];
+                // A block of another texel size has other places.
+                let is_same = places.len() == grid::count(texel_grid);
+                let number = *places.get(grid::index(texel_grid, there))?;
+                (is_same && number != UNUSED).then_some(number)
+            })
     }
 
     /// Finds what texels of one size follow from, where blocks with coarser ones are beside them.
@@ -301,14 +316,14 @@ impl<const E: usize> Texels<E> {
 impl<const E: usize> Texels<E> {
     /// The texels that cells of `model` need, with those that follow from others where they belong.
     pub fn new<const D: usize>(model: &Model<D, E>) -> Self {
-        let mut texels = Self::as_stored(model);
+        let mut texels = Self::joined(model);
         texels.follow_all();
         texels
     }
 
     /// The texels of a model that was fitted: those that could follow from others and do not are free.
     pub fn of_fitted<const D: usize>(model: &Model<D, E>) -> Self {
-        let mut texels = Self::as_stored(model);
+        let mut texels = Self::joined(model);
         let value = |source: u32| texels.values[source as usize];
         let elsewhere: Vec<u32> = (0..texels.values.len() as u32)
             .filter(|&texel| {
@@ -317,6 +332,72 @@ impl<const E: usize> Texels<E> {
             .collect();
         texels.release(&elsewhere);
         texels
+    }
+
+    /// The texels as stored, but that all blocks that are next to each other have one number for one texel.
+    ///
+    /// [`known`](Self::known) takes the number of one such block. Where two of them had not met before, which wide
+    /// texels with gaps between them can do, the other's stays different. A tile may have that other alone: then
+    /// they are one there, and must be equal.
+    fn joined<const D: usize>(model: &Model<D, E>) -> Self {
+        let join = |texels: &mut Self, first: u32| {
+            let Some(pairs) = texels.strangers(model, first) else { return };
+            let mut same: Vec<u32> = (first..texels.values.len() as u32).collect();
+            let root = |same: &mut Vec<u32>, mut number: u32| {
+                while same[(number - first) as usize] != number {
+                    number = same[(number - first) as usize];
+                }
+                number
+            };
+            for [a, b] in pairs {
+                let (a, b) = (root(&mut same, a), root(&mut same, b));
+                same[(a.max(b) - first) as usize] = a.min(b);
+            }
+            // Numbers without gaps, in the same order.
+            let mut next = first;
+            let mut numbers = vec![0; same.len()];
+            for number in first..texels.values.len() as u32 {
+                let at = (number - first) as usize;
+                let own = root(&mut same, number);
+                numbers[at] = if own == number { next } else { numbers[(own - first) as usize] };
+                if own == number {
+                    texels.values[next as usize] = texels.values[number as usize];
+                    texels.colors[next as usize] = texels.colors[number as usize];
+                    next += 1;
+                }
+            }
+            texels.values.truncate(next as usize);
+            texels.colors.truncate(next as usize);
+            let places = texels.places.iter_mut().flatten();
+            for place in places.filter(|place| **place != UNUSED && **place >= first) {
+                *place = numbers[(*place - first) as usize];
+            }
+        };
+        Self::numbered(model, join)
+    }
+
+    /// Pairs of numbers, from one on, that blocks next to each other have for one texel.
+    fn strangers<const D: usize>(&self, model: &Model<D, E>, first: u32) -> Option<Vec<[u32; 2]>> {
+        let mut pairs = Vec::new();
+        for (i, block) in model.blocks.iter().enumerate() {
+            let Some(texel_log2) = size_of(block) else { continue };
+            let texel_grid = model.texel_grid(texel_log2);
+            for (local, &number) in self.places[i].iter().enumerate() {
+                if number == UNUSED || number < first {
+                    continue;
+                }
+                let within = grid::place(texel_grid, local);
+                let others = self.others(
+                    model.block_grid(),
+                    i,
+                    model.cell_grid(texel_log2),
+                    texel_grid,
+                    within,
+                );
+                pairs.extend(others.filter(|&other| other != number).map(|other| [number, other]));
+            }
+        }
+        (!pairs.is_empty()).then_some(pairs)
     }
 
     /// Makes texels free.

@@ -335,3 +335,20 @@ fn the_head_of_a_huge_picture_is_among_the_first_bytes() {
     let coarsest = index.find(TileAt { level: 3, at: [0; 2] }).unwrap();
     assert!(matches!(&coarsest, Found::Tile(range) if range.start < 4096), "{coarsest:?}");
 }
+
+/// Texels as wide as a block reach across blocks that have others, and are one where tiles are cut there.
+#[test]
+fn wide_texels_are_one_on_both_sides_of_others() {
+    let [red, blue, green] = [[200, 40, 40, 255], [40, 40, 200, 255], [20, 160, 60, 255]];
+    let color = |x: u32, y: u32| match (x, y) {
+        (100..1000, 300..340) => green,
+        (..700, _) => red,
+        _ => blue,
+    };
+    let pixels: Vec<[u8; 4]> = (0..800).flat_map(|y| (0..1200).map(move |x| color(x, y))).collect();
+    let source = Source::from_colors([1200, 800], &pixels, &Limits::default()).unwrap();
+    let image = encoded(&source, Kernel::Quadratic);
+    let read = container::read(&pyramid(&image, 8), &Limits::default()).unwrap();
+    let labels = istar::decode_regions(&image);
+    assert!(istar::decode_regions(&read) == labels, "tiles decode as the picture does");
+}
