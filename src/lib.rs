@@ -67,6 +67,8 @@ mod stream;
 #[cfg(feature = "encode")]
 mod target;
 mod texels;
+#[cfg(feature = "encode")]
+pub mod trace;
 
 #[cfg(feature = "pack")]
 pub mod gpu;

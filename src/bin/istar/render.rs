@@ -2,9 +2,9 @@
 
 use crate::archive::{Archive, Section};
 use crate::styles::Sheet;
-use crate::{Outcome, files, pictures, progress};
+use crate::{Outcome, files, pictures, progress, vectors};
 use clap::ValueEnum;
-use istar::container::Payload;
+use istar::container::{self, Payload};
 use istar::grid::Point;
 use istar::model::RegionId;
 use istar::raster::Painter;
@@ -13,13 +13,13 @@ use istar::{Camera, Image, Limits, MAX_SCALE};
 use rayon::prelude::*;
 use std::path::PathBuf;
 
-/// Draw one view of a picture to a PNG
+/// Draw one view of a picture to a PNG, or as lines and areas to an SVG, PDF or EPS
 #[derive(clap::Args)]
 pub struct Args {
     /// The .istar file
     #[arg(value_name = "IN.istar")]
     input: PathBuf,
-    /// Where to write the PNG
+    /// Where to write the PNG, or an .svg, .pdf or .eps, whose unit is a pixel of the screen
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
     /// The source pixel in the middle, e.g. 1200.5,800.25
@@ -59,6 +59,18 @@ pub fn run(args: &Args) -> Outcome {
     let mut camera = Camera::new(size, args.size);
     camera.look_at(args.center, args.scale);
     let look = Look { antialias: !args.no_antialias, sheet };
+    if let Some(format) = vectors::format_of(&args.output) {
+        vectors::refuse(args.no_antialias, "--no-antialias", &args.output)?;
+        vectors::refuse(args.backend == Backend::Gpu, "--backend gpu", &args.output)?;
+        let section = match archive.index.payload() {
+            Payload::Labels => whole(files::read_image(&args.input)?.0),
+            Payload::Tiles => archive.view(&camera)?,
+        };
+        let names = container::names(&archive.index).map_err(|error| archive.at(&error))?;
+        let (camera, styles) = (section.camera(&camera), look.styles(&section));
+        let drawn = vectors::draw(&args.input, format, &section, &styles, &names, &camera)?;
+        return output.finish(&drawn);
+    }
     let pixels = if archive.index.payload() == Payload::Labels || args.backend == Backend::Gpu {
         let section = match archive.index.payload() {
             Payload::Labels => whole(files::read_image(&args.input)?.0),
@@ -96,7 +108,7 @@ impl Look {
 }
 
 /// A picture that is all there is, as a section of its own.
-fn whole(image: Image) -> Section {
+pub fn whole(image: Image) -> Section {
     let regions = (0..image.regions.len() as RegionId).collect();
     Section { level: 0, first: [0; 2], image, regions }
 }
