@@ -5,7 +5,7 @@
 //! leaves of a pixel is then of that colour, and the pixel comes out as if both were drawn at once.
 
 use super::pen::Steps;
-use super::{Ring, TOLERANCE, Traced, Window, trace};
+use super::{Ring, Traced, Window, trace};
 use super::{eps, pdf, svg};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
@@ -104,7 +104,7 @@ impl Layer {
 
 impl Drawing {
     /// Traces what a camera shows of a picture whose regions have `numbers` in their file, with their styles and what
-    /// they are called, by their colour in the file.
+    /// they are called, by their colour in the file. The tolerance is in pixels of the camera: see [`trace()`].
     ///
     /// # Errors
     /// As [`trace()`]; [`Error::Usage`] where there is not a number and a style for each region.
@@ -114,6 +114,7 @@ impl Drawing {
         styles: &Styles,
         name: impl Fn([u8; 4]) -> Option<&'a str>,
         camera: &Camera,
+        tolerance: f64,
         limits: &Limits,
     ) -> Result<Self> {
         let count = image.regions.len();
@@ -128,7 +129,7 @@ impl Drawing {
         let size = camera.viewport().map(f64::from);
         let first = camera.to_source([0.0; 2]);
         let window = Window { first, size: size.map(|along| along / scale), scale };
-        let traced = trace(image, &window, TOLERANCE, limits)?;
+        let traced = trace(image, &window, tolerance, limits)?;
         // The picture may begin within the view.
         let before = first.to_f64().map(|along| (-along).max(0.0) * scale);
         let steps = Steps::new(size, before);

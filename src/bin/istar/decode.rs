@@ -2,7 +2,8 @@
 
 use crate::archive::Archive;
 use crate::render::{self, Look, bands, draw_cpu, draw_tiles};
-use crate::{Outcome, files, pictures, vectors};
+use crate::vectors::{self, Subject};
+use crate::{Outcome, files, pictures};
 use clap::ValueEnum;
 use istar::container::{self, Payload};
 use istar::grid::Point;
@@ -30,6 +31,8 @@ pub struct Args {
     /// What the pixels mean
     #[arg(long, value_enum, default_value_t = What::Color)]
     what: What,
+    #[command(flatten)]
+    lines: vectors::LineArgs,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -57,9 +60,11 @@ pub fn run(args: &Args) -> Outcome {
         let section = render::whole(files::read_image(&args.input)?.0);
         let names = container::names(&archive.index).map_err(|error| archive.at(&error))?;
         let styles = Styles::new(&section.image);
-        let drawn = vectors::draw(&args.input, format, &section, &styles, &names, &camera)?;
-        return output.finish(&drawn);
+        let subject =
+            Subject { input: &args.input, section: &section, styles: &styles, names: &names };
+        return output.finish(&vectors::draw(&args.lines, format, &subject, &camera)?);
     }
+    args.lines.check(&args.output)?;
     let png = match archive.index.payload() {
         Payload::Tiles => {
             // At its own size the pixels that it was made from are wanted; at others, smooth boundaries.

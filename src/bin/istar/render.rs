@@ -2,7 +2,8 @@
 
 use crate::archive::{Archive, Section};
 use crate::styles::Sheet;
-use crate::{Outcome, files, pictures, progress, vectors};
+use crate::vectors::{self, Subject};
+use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
 use istar::container::{self, Payload};
 use istar::grid::Point;
@@ -40,6 +41,8 @@ pub struct Args {
     /// How regions are drawn: colours, outlines, patterns, what is hidden
     #[arg(long, value_name = "STYLE.json")]
     style: Option<PathBuf>,
+    #[command(flatten)]
+    lines: vectors::LineArgs,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -68,9 +71,11 @@ pub fn run(args: &Args) -> Outcome {
         };
         let names = container::names(&archive.index).map_err(|error| archive.at(&error))?;
         let (camera, styles) = (section.camera(&camera), look.styles(&section));
-        let drawn = vectors::draw(&args.input, format, &section, &styles, &names, &camera)?;
-        return output.finish(&drawn);
+        let subject =
+            Subject { input: &args.input, section: &section, styles: &styles, names: &names };
+        return output.finish(&vectors::draw(&args.lines, format, &subject, &camera)?);
     }
+    args.lines.check(&args.output)?;
     let pixels = if archive.index.payload() == Payload::Labels || args.backend == Backend::Gpu {
         let section = match archive.index.payload() {
             Payload::Labels => whole(files::read_image(&args.input)?.0),

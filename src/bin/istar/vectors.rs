@@ -4,9 +4,37 @@ use crate::archive::Section;
 use crate::files;
 use istar::container::Names;
 use istar::style::Styles;
-use istar::trace::{Drawing, Format};
+use istar::trace::{Drawing, Format, TOLERANCE};
 use istar::{Camera, Limits};
 use std::path::Path;
+
+/// How lines are told.
+#[derive(clap::Args)]
+pub struct LineArgs {
+    /// How far curves may be from where boundaries are, in pixels of the output; for .svg, .pdf and .eps
+    #[arg(long, value_name = "PX", value_parser = parse_tolerance)]
+    tolerance: Option<f64>,
+}
+
+fn parse_tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(tolerance) if (0.001..=10.0).contains(&tolerance) => Ok(tolerance),
+        _ => Err("a number from 0.001 to 10".into()),
+    }
+}
+
+impl LineArgs {
+    /// Refuses what makes no sense in a picture of pixels.
+    pub fn check(&self, output: &Path) -> Result<(), String> {
+        match self.tolerance {
+            Some(_) => Err(format!(
+                "{}: --tolerance is for lines: leave it out, or write an .svg, .pdf or .eps",
+                output.display()
+            )),
+            None => Ok(()),
+        }
+    }
+}
 
 /// What an output is written as; none for a PNG.
 pub fn format_of(output: &Path) -> Option<Format> {
@@ -25,17 +53,25 @@ pub fn refuse(is_given: bool, option: &str, output: &Path) -> Result<(), String>
     }
 }
 
+/// What is drawn, and of which file.
+pub struct Subject<'a> {
+    pub input: &'a Path,
+    pub section: &'a Section,
+    pub styles: &'a Styles,
+    pub names: &'a Names,
+}
+
 /// What a camera shows of a section.
 pub fn draw(
-    input: &Path,
+    args: &LineArgs,
     format: Format,
-    section: &Section,
-    styles: &Styles,
-    names: &Names,
+    subject: &Subject<'_>,
     camera: &Camera,
 ) -> Result<Vec<u8>, String> {
+    let Subject { input, section, styles, names } = subject;
     let name = |color| names.get(color);
-    let (image, numbers) = (&section.image, &section.regions[..]);
-    let drawing = Drawing::new(image, numbers, styles, name, camera, &Limits::default());
+    let tolerance = args.tolerance.unwrap_or(TOLERANCE);
+    let (image, numbers, limits) = (&section.image, &section.regions[..], Limits::default());
+    let drawing = Drawing::new(image, numbers, styles, name, camera, tolerance, &limits);
     Ok(drawing.map_err(|error| files::at(input, &error))?.write(format))
 }
