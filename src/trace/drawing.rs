@@ -45,10 +45,23 @@ pub struct Drawing {
     /// For each region its layer, and its outlines and what it is called.
     pub(super) regions: Vec<Drawn>,
     words: Vec<[u32; 4]>,
-    /// Units of a source pixel.
-    scale: f64,
+    /// Units of a pixel that outlines count.
+    source: f64,
     /// As [`pattern_view`] says.
     pub(super) pattern: [f64; 3],
+}
+
+/// A picture, and how it is drawn.
+#[derive(Clone, Copy)]
+pub struct Scene<'a> {
+    /// All of a picture, or a part of one of its levels.
+    pub image: &'a Image,
+    /// For each of its regions the number in the whole picture.
+    pub numbers: &'a [RegionId],
+    /// How its regions are drawn.
+    pub styles: &'a Styles,
+    /// How many of the pixels that outlines count a pixel of the image is wide.
+    pub step: f64,
 }
 
 /// Regions that are drawn alike.
@@ -103,20 +116,19 @@ impl Layer {
 }
 
 impl Drawing {
-    /// Traces what a camera shows of a picture whose regions have `numbers` in their file, with their styles and what
-    /// they are called, by their colour in the file. The tolerance is in pixels of the camera: see [`trace()`].
+    /// Traces what a camera shows of a scene's image. Classes are called by `name`, by the colour that they have in the
+    /// file. The tolerance is in pixels of the camera: see [`trace()`].
     ///
     /// # Errors
     /// As [`trace()`]; [`Error::Usage`] where there is not a number and a style for each region.
     pub fn new<'a>(
-        image: &Image,
-        numbers: &[RegionId],
-        styles: &Styles,
+        scene: Scene<'_>,
         name: impl Fn([u8; 4]) -> Option<&'a str>,
         camera: &Camera,
         tolerance: f64,
         limits: &Limits,
     ) -> Result<Self> {
+        let Scene { image, numbers, styles, step } = scene;
         let count = image.regions.len();
         if numbers.len() != count || styles.words().len() != count {
             return Err(Error::Usage(format!(
@@ -139,7 +151,7 @@ impl Drawing {
             layers: Vec::new(),
             regions: Vec::new(),
             words: styles.words().to_vec(),
-            scale,
+            source: scale / step,
             pattern: pattern_view(camera.center(), scale),
             traced,
         };
@@ -229,7 +241,7 @@ impl Drawing {
         let mut strokes = Vec::new();
         for (own, [single, both]) in kinds {
             let (color, extents, is_scaled) = own;
-            let unit = if is_scaled { self.scale } else { 1.0 };
+            let unit = if is_scaled { self.source } else { 1.0 };
             let [inside, outside] = extents.map(|bits| f64::from_bits(bits) * unit);
             let color = color.to_le_bytes();
             let mut add = |width: f64, arcs: Vec<u32>, clip: Clip| {

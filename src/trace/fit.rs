@@ -1,8 +1,6 @@
 //! Arcs to few smooth curves and straight lines.
 
 use super::square::cubic;
-use kurbo::simplify::SimplifyBezPath;
-use kurbo::{CubicBez, ParamCurve, ParamCurveDeriv, PathEl, Point, fit_to_cubic};
 
 /// A part of an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -141,48 +139,117 @@ fn is_straight(pieces: &[Piece], most: f64) -> bool {
     })
 }
 
+/// A cubic curve with the directions of its pieces at its ends, and the least squares of distances between: as long as
+/// none of these is too far. After Schneider, "An algorithm for automatically fitting digitized curves" (1990).
 fn one_curve(pieces: &[Piece], most: f64) -> Option<Curve> {
-    if let [[_, a, b, end]] = pieces {
-        return Some(Curve::Cubic([*a, *b, *end]));
-    }
     let (first, last) = (&pieces[0], &pieces[pieces.len() - 1]);
-    let turn = cosine(direction(first[0], first[1], first), direction(last[2], last[3], last));
-    if turn < MOST_TURN {
+    if pieces.len() == 1 {
+        return Some(Curve::Cubic([first[1], first[2], first[3]]));
+    }
+    let directions = [direction(first[0], first[1], first), direction(last[3], last[2], last)];
+    let [out, back] = directions.map(|by| by.map(|along| along / dot(by, by).sqrt()));
+    if dot(out, back) > -MOST_TURN {
         return None;
     }
-    // About its start, where digits are.
-    let [x, y] = first[0];
-    let point = |at: [f64; 2]| Point::new(at[0] - x, at[1] - y);
-    let mut path = vec![PathEl::MoveTo(Point::ORIGIN)];
-    path.extend(pieces.iter().map(|&[_, a, b, c]| PathEl::CurveTo(point(a), point(b), point(c))));
-    let source = SimplifyBezPath::new(path);
-    let (curve, _) = fit_to_cubic(&source, 0.0..1.0, most)?;
-    // What was looked at is less than all of it.
-    let looks = pieces.iter().flat_map(|piece| [cubic(piece, 0.5).0, piece[3]]);
-    let mut guess = 0.0;
-    for look in looks {
-        let at = point(look);
-        guess = nearest(&curve, at, guess);
-        if curve.eval(guess).distance(at) > most {
+    let (from, to) = (first[0], last[3]);
+    let points: Vec<[f64; 2]> = pieces
+        .iter()
+        .flat_map(|piece| [0.25, 0.5, 0.75, 1.0].map(|t| cubic(piece, t).0))
+        .take(4 * pieces.len() - 1)
+        .collect();
+    let mut places: Vec<Place> = lengths(from, &points, to);
+    for round in 0..ROUNDS {
+        let [a, b] = handles([from, to], [out, back], &places)?;
+        let curve = [from, step(from, out, a), step(to, back, b), to];
+        let mut off: f64 = 0.0;
+        for place in &mut places {
+            place.t = nearest(&curve, place.point, place.t);
+            let (at, slope) = cubic(&curve, place.t);
+            place.along = Some(slope.map(|along| along / dot(slope, slope).sqrt()));
+            off = distance_squared(at, place.point).max(off);
+        }
+        if off <= most * most {
+            return Some(Curve::Cubic([curve[1], curve[2], to]));
+        }
+        // What is so far off does not come near.
+        if round == 0 && off > 2500.0 * most * most {
             return None;
         }
     }
-    let out = |at: Point| [at.x + x, at.y + y];
-    let end = last[3];
-    Some(Curve::Cubic([out(curve.p1), out(curve.p2), end]))
+    None
 }
 
-/// The nearest place of a curve to a point, from a guess that it is not far after.
-fn nearest(curve: &CubicBez, point: Point, guess: f64) -> f64 {
-    let slope = curve.deriv();
+/// Times that places on a curve are looked for anew.
+const ROUNDS: usize = 12;
+/// What a distance along the curve counts beside one across it: the place there may slide, but not run away.
+const SLIDING: f64 = 0.02;
+
+/// A point that a curve is to be near to.
+struct Place {
+    point: [f64; 2],
+    /// Where on the curve it is, and which way the curve goes there, once that is known.
+    t: f64,
+    along: Option<[f64; 2]>,
+}
+
+/// Points with places on a curve by the lengths between them.
+fn lengths(from: [f64; 2], points: &[[f64; 2]], to: [f64; 2]) -> Vec<Place> {
+    let (mut at, mut sum) = (from, 0.0);
+    let mut next = |point: [f64; 2]| {
+        sum += distance_squared(at, point).sqrt();
+        at = point;
+        sum
+    };
+    let mut places: Vec<Place> =
+        points.iter().map(|&point| Place { point, t: next(point), along: None }).collect();
+    let whole = next(to);
+    places.iter_mut().for_each(|place| place.t /= whole);
+    places
+}
+
+/// How far from the ends the control points are that bring a curve nearest to points.
+fn handles(
+    [from, to]: [[f64; 2]; 2],
+    [out, back]: [[f64; 2]; 2],
+    places: &[Place],
+) -> Option<[f64; 2]> {
+    let (mut c00, mut c01, mut c11, mut x0, mut x1) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for &Place { point, t, along } in places {
+        let s = 1.0 - t;
+        let (b0, b1, b2, b3) = (s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t);
+        let rest = [0, 1].map(|i| point[i] - (b0 + b1) * from[i] - (b2 + b3) * to[i]);
+        // What counts of a product is mostly what lies across the curve.
+        let product = |a: [f64; 2], b: [f64; 2]| match along {
+            None => dot(a, b),
+            Some(along) => dot(a, b) - (1.0 - SLIDING) * dot(a, along) * dot(b, along),
+        };
+        c00 += b1 * b1 * product(out, out);
+        c01 += b1 * b2 * product(out, back);
+        c11 += b2 * b2 * product(back, back);
+        x0 += b1 * product(rest, out);
+        x1 += b2 * product(rest, back);
+    }
+    let determinant = c00 * c11 - c01 * c01;
+    let found = [(x0 * c11 - x1 * c01) / determinant, (x1 * c00 - x0 * c01) / determinant];
+    // Such that the curve neither turns back nor makes a loop.
+    let most = 2.0 * distance_squared(from, to).sqrt();
+    found.iter().all(|&along| along > 0.0 && along < most).then_some(found)
+}
+
+fn step(from: [f64; 2], by: [f64; 2], times: f64) -> [f64; 2] {
+    [from[0] + times * by[0], from[1] + times * by[1]]
+}
+
+/// The nearest place of a curve to a point, from a guess.
+fn nearest(curve: &Piece, point: [f64; 2], guess: f64) -> f64 {
     let mut t = guess;
-    for _ in 0..6 {
-        let (off, along) = (curve.eval(t) - point, slope.eval(t).to_vec2());
-        let steep = along.hypot2();
+    for _ in 0..3 {
+        let (at, slope) = cubic(curve, t);
+        let steep = dot(slope, slope);
         if steep == 0.0 {
             break;
         }
-        t = (t - off.dot(along) / steep).clamp(0.0, 1.0);
+        t = (t - dot(sub(at, point), slope) / steep).clamp(0.0, 1.0);
     }
     t
 }

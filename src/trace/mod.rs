@@ -23,7 +23,7 @@ mod rings;
 mod square;
 mod svg;
 
-pub use drawing::{Drawing, Format};
+pub use drawing::{Drawing, Format, Scene};
 pub use fit::Curve;
 pub use place::Window;
 pub use rings::Ring;

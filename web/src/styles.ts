@@ -77,7 +77,7 @@ export class Styles {
   }
 
   /** Brings a tile that is on the GPU up to date. */
-  apply(loaded: Loaded, scene: Scene, renderer: Renderer, ratio: number): void {
+  apply(loaded: Loaded, scene: Scene, renderer: Pick<Renderer, 'setStyles'>, ratio: number): void {
     const { tile, styled } = loaded;
     if (this.#version === 0 || (styled?.version === this.#version && styled.ratio === ratio)) return;
     loaded.regions ??= tile.regions();

@@ -4,7 +4,7 @@ use crate::archive::Section;
 use crate::files;
 use istar::container::Names;
 use istar::style::Styles;
-use istar::trace::{Drawing, Format, TOLERANCE};
+use istar::trace::{Drawing, Format, Scene, TOLERANCE};
 use istar::{Camera, Limits};
 use std::path::Path;
 
@@ -71,7 +71,8 @@ pub fn draw(
     let Subject { input, section, styles, names } = subject;
     let name = |color| names.get(color);
     let tolerance = args.tolerance.unwrap_or(TOLERANCE);
-    let (image, numbers, limits) = (&section.image, &section.regions[..], Limits::default());
-    let drawing = Drawing::new(image, numbers, styles, name, camera, tolerance, &limits);
+    // A sheet's widths are in the section's own pixels.
+    let scene = Scene { image: &section.image, numbers: &section.regions, styles, step: 1.0 };
+    let drawing = Drawing::new(scene, name, camera, tolerance, &Limits::default());
     Ok(drawing.map_err(|error| files::at(input, &error))?.write(format))
 }
