@@ -2,8 +2,8 @@
 
 use super::drawing::Drawing;
 use super::motif::Motif;
-use super::pen::Steps;
-use super::postfix::{POINTS, PostfixPen, arcs, channels, clip, number, rings, width_beneath};
+use super::pen::{Steps, number};
+use super::postfix::{POINTS, PostfixPen, arcs, channels, clip, rings, width_beneath};
 use crate::style::read;
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use std::collections::BTreeSet;

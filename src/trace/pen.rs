@@ -115,3 +115,11 @@ impl Steps {
         pen.close();
     }
 }
+
+/// A number with up to so many digits behind the point.
+pub(super) fn number(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    let text =
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".into() } else { text.into() }
+}

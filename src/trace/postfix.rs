@@ -2,7 +2,7 @@
 
 use super::Ring;
 use super::drawing::{Clip, Drawing};
-use super::pen::Pen;
+use super::pen::{Pen, number};
 use std::fmt::Write;
 
 /// Points of a unit: a pixel of CSS is ¾ of a point.
@@ -65,14 +65,6 @@ pub(super) fn clip(drawing: &Drawing, clip: &Clip, out: &mut String) -> bool {
         }
     }
     true
-}
-
-/// A number with up to so many digits behind the point.
-pub(super) fn number(value: f64, digits: usize) -> String {
-    let text = format!("{value:.digits$}");
-    let text =
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".into() } else { text.into() }
 }
 
 /// Three channels from 0 to 1.

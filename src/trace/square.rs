@@ -240,7 +240,8 @@ impl CellTracer<'_> {
                 // The left is where p grows.
                 let tangent = [-by_y / steepness, by_x / steepness];
                 let cosine = (tangent[0] * chord[0] + tangent[1] * chord[1]) / length;
-                if !(cosine > LEAST_COSINE) {
+                // Where p is level there is none.
+                if cosine.is_nan() || cosine <= LEAST_COSINE {
                     return None;
                 }
                 // As for an arc of a circle.

@@ -2,7 +2,7 @@
 
 use super::drawing::{Clip, Drawing, Layer};
 use super::motif::Motif;
-use super::pen::{Pen, Steps};
+use super::pen::{Pen, Steps, number};
 use super::{Arc, Ring};
 use crate::style::read;
 use std::fmt::Write;
@@ -13,10 +13,10 @@ const BENEATH: f64 = 2.0;
 pub(super) fn write(drawing: &Drawing) -> Vec<u8> {
     let mut out = String::new();
     let [width, height] = drawing.size.map(|along| number(along, 3));
-    let _ = write!(
+    let _ = writeln!(
         out,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
-         width=\"{width}\" height=\"{height}\">\n"
+         width=\"{width}\" height=\"{height}\">"
     );
     let strokes = drawing.outlines();
     definitions(drawing, &strokes.iter().map(|stroke| &stroke.clip).collect::<Vec<_>>(), &mut out);
@@ -169,15 +169,6 @@ fn paint(attribute: &str, [r, g, b, a]: [u8; 4]) -> String {
     out
 }
 
-/// A number with so many digits behind the point, or fewer.
-fn number(value: f64, digits: usize) -> String {
-    let text = format!("{value:.digits$}");
-    if !text.contains('.') {
-        return text;
-    }
-    text.trim_end_matches('0').trim_end_matches('.').into()
-}
-
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
@@ -214,7 +205,7 @@ impl SvgPen {
         let begins_with_point = whole == 0 && part != 0;
         if steps < 0 {
             self.out.push('-');
-        } else if !is_first && !(begins_with_point && self.had_point) {
+        } else if !(is_first || begins_with_point && self.had_point) {
             self.out.push(' ');
         }
         if !begins_with_point {
