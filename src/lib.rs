@@ -6,11 +6,12 @@
 //!                                                                         │ model
 //!  bytes ◀── container ◀──────────────────────────────────────────────────┘
 //!  bytes ──▶ container ──▶ model ──▶ raster (CPU: f64 oracle, quick painter) ──▶ pixels
-//!                               └──▶ gpu: pack ▶ upload ▶ shaders/*.wgsl ▶ pixels
+//!                               ├──▶ gpu: pack ▶ upload ▶ shaders/*.wgsl ▶ pixels
+//!                               └──▶ trace: boundaries as curves ▶ SVG, PDF, EPS
 //! ```
 //!
 //! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera, placement, cuts, texels, absorb, style ←
-//! {container, raster, gpu}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
+//! {container, raster, gpu, trace}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
 //! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
 //! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
 //! `container`, which [`open`] and [`encode_pyramid`] join with the encoder; `direct` makes a model of labels
@@ -68,6 +69,8 @@ mod stream;
 #[cfg(feature = "encode")]
 mod target;
 mod texels;
+#[cfg(feature = "encode")]
+pub mod trace;
 
 #[cfg(feature = "pack")]
 pub mod gpu;
@@ -89,6 +92,8 @@ mod wasm_material;
 mod wasm_paint;
 #[cfg(all(feature = "encode", target_arch = "wasm32"))]
 mod wasm_topology;
+#[cfg(all(feature = "encode", target_arch = "wasm32"))]
+mod wasm_trace;
 
 pub use camera::{Camera, MAX_SCALE};
 #[cfg(feature = "encode")]

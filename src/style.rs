@@ -348,6 +348,19 @@ pub(crate) mod read {
         (cover, inside + outside)
     }
 
+    /// How far an outline reaches into its region and out of it, in its own unit, and whether that is source pixels.
+    #[cfg(feature = "encode")]
+    pub fn reaches(words: &[u32; 4]) -> ([f64; 2], bool) {
+        (extents(words), words[2] & SOURCE != 0)
+    }
+
+    /// The number of the pattern's motif, if there is a pattern, and its spacing in its own pixels.
+    #[cfg(feature = "encode")]
+    pub fn motif(words: &[u32; 4]) -> Option<(u32, u32)> {
+        let motif = words[2] >> MOTIF_SHIFT & 7;
+        (motif != 0 && words[3] >> 24 != 0).then_some((motif, 4 << (words[2] >> SPACING_SHIFT & 3)))
+    }
+
     /// Whether two regions are of one group.
     pub fn grouped(a: &[u32; 4], b: &[u32; 4]) -> bool {
         let group = a[2] >> GROUP_SHIFT;

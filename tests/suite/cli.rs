@@ -4,6 +4,7 @@ mod bytes;
 mod faults;
 mod names;
 mod stream;
+mod vectors;
 
 use crate::fixtures;
 use serde_json::json as value;

@@ -52,6 +52,11 @@ fn with_texels(texel_size: u32) -> EncodeOptions {
     EncodeOptions { texel_size: Some(texel_size), ..EncodeOptions::default() }
 }
 
+/// The letter with texels of that size, and hidden nodes at its corners.
+pub fn letter_encoded(texel_size: u32) -> Image {
+    encoded(with_texels(texel_size))
+}
+
 /// Nodes of regions beyond one for each.
 fn hidden(image: &Image) -> usize {
     image.nodes.iter().filter(|node| node.region.is_some()).count() - image.regions.len()

@@ -26,5 +26,6 @@ mod shaders;
 mod sizes;
 mod styled;
 mod tiled;
+mod trace;
 mod views;
 mod within;

@@ -1,5 +1,6 @@
 import { Approach } from './approach.js';
 import { type Backend, chosenBackend } from './backend.js';
+import { blobOf } from './blob.js';
 import { Box } from './box.js';
 import type { Controls } from './controls.js';
 import { make, sheetOf } from './dom.js';
@@ -34,9 +35,14 @@ export interface PictureOptions {
   /** Pixels. */
   width?: number;
   height?: number;
-  /** `image/png`, or `image/jpeg` or `image/webp`, which have a quality of 0 to 1. */
+  /**
+   * `image/png`, or `image/jpeg` or `image/webp`, which have a quality of 0 to 1; or lines and areas: `image/svg+xml`,
+   * `application/pdf` or `application/postscript`, whose unit is a CSS pixel.
+   */
   type?: string;
   quality?: number;
+  /** Lines and areas of all of the picture in place of the view: as large as the source unless told. */
+  whole?: boolean;
 }
 
 /** One sheet for all figures. */
@@ -273,14 +279,11 @@ export class IStarViewer extends Base {
   /** The current view as a picture, a PNG unless asked otherwise. */
   async toBlob(options: PictureOptions = {}): Promise<Blob> {
     await this.painted;
-    let { canvas } = this.#view;
-    // What makes it in any size, and puts paper under what knows no transparency, is fetched only then.
-    if (options.width || options.height || options.type === 'image/jpeg')
-      canvas = await (await import('./export.js')).pictureOf(this.#view, options);
-    return new Promise((resolve, reject) => {
-      const give = (blob: Blob | null) => (blob ? resolve(blob) : reject(new Error('The view is empty.')));
-      canvas.toBlob(give, options.type, options.quality);
-    });
+    const { width, height, type } = options;
+    // What makes it in any size or as lines, and puts paper under what knows no transparency, is fetched only then.
+    return width || height || /jpeg|svg|app/.test(type ?? '')
+      ? (await import('./export.js')).exported(this.#view, options)
+      : blobOf(this.#view.canvas, options);
   }
 
   connectedCallback(): void {

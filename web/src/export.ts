@@ -1,14 +1,22 @@
-// The view as a picture of any size. A module of its own, fetched where one is asked for: dist/istar-export.js.
+// The view as a picture of any size, or as lines. A module of its own, fetched where one is asked for: dist/istar-export.js.
+import { blobOf } from './blob.js';
 import type { PictureOptions } from './element.js';
 import { ViewerError } from './errors.js';
+import { tracedView } from './tracing.js';
 import type { View } from './view.js';
 
 /** What every browser has as a canvas, and every device draws at once. */
 const MOST = 16384;
 const AT_ONCE = 2048;
 
+export async function exported(view: View, options: PictureOptions): Promise<Blob> {
+  return /svg|app/.test(options.type ?? '')
+    ? tracedView(view, options)
+    : blobOf(await pictureOf(view, options), options);
+}
+
 /** The view in the middle of a picture: as large as fits, and more around where the shape is another; as large as on the screen unless told. */
-export async function pictureOf(view: View, options: PictureOptions): Promise<HTMLCanvasElement> {
+async function pictureOf(view: View, options: PictureOptions): Promise<HTMLCanvasElement> {
   const { clientWidth, clientHeight } = view.canvas;
   const shape = clientWidth / clientHeight;
   const width = Math.round(options.width ?? (options.height ?? view.canvas.height) * shape);

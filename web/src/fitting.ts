@@ -2,9 +2,26 @@
 import type { RawTile } from './archive.js';
 import type { ErrorKind } from './errors.js';
 import { fitterWorker } from './fetched.js';
+import type { Centre } from './place.js';
 
-/** What the worker is given, a whole file or a tile, and what it says. An error loses its class and its name on the way. */
-export type FittingJob = Uint8Array | RawTile;
+/** Tiles to be written as lines and areas, `width` × `height` of them about a place, in the format of that type. */
+export interface TracingJob {
+  type: string;
+  /** Each with the styles of its regions, if they are not as the file has them: see Style in src/style.rs. */
+  tiles: (RawTile & { words: Uint32Array })[];
+  /** What regions are called, by their colour as 0xRRGGBBAA. */
+  names: ReadonlyMap<number, string>;
+  width: number;
+  height: number;
+  scale: number;
+  centre: Centre;
+}
+
+/**
+ * What the worker is given, a whole file or a tile, or what is to be traced, and what it says. An error loses its class and its name
+ * on the way.
+ */
+export type FittingJob = Uint8Array | RawTile | TracingJob;
 export type FittingResult = { bytes: Uint8Array } | { kind: ErrorKind; message: string };
 
 let last: Promise<unknown> = Promise.resolve();
@@ -12,8 +29,8 @@ let last: Promise<unknown> = Promise.resolve();
 let worker: Worker | undefined;
 
 /**
- * The file or the tile with texels. One at a time, however many figures ask: each keeps a processor busy. A worker that had a
- * file ends, which gives back the memory that it took; so does one where something went wrong.
+ * The file or the tile with texels, or what was traced. One at a time, however many figures ask: each keeps a processor busy. A
+ * worker that had more than a tile ends, which gives back the memory that it took; so does one where something went wrong.
  */
 export function fitted(job: FittingJob, signal: AbortSignal): Promise<Uint8Array> {
   const done = last.then(() => inWorker(job, signal));
@@ -31,12 +48,12 @@ async function inWorker(job: FittingJob, signal: AbortSignal): Promise<Uint8Arra
     busy.terminate();
     worker = undefined;
   };
-  const isFile = job instanceof Uint8Array;
+  const isTile = 'bytes' in job;
   try {
     return await new Promise((resolve, reject) => {
       const until = { signal: ending.signal };
       // A tile is soon done, and another one will be wanted.
-      if (isFile) signal.addEventListener('abort', () => reject(stopped), until);
+      if (!isTile) signal.addEventListener('abort', () => reject(stopped), until);
       const answered = ({ data }: MessageEvent<FittingResult>) => {
         if ('bytes' in data) resolve(data.bytes);
         else reject(fault(data.kind, data.message));
@@ -49,7 +66,7 @@ async function inWorker(job: FittingJob, signal: AbortSignal): Promise<Uint8Arra
       busy.addEventListener('error', failed, until);
       busy.addEventListener('messageerror', failed, until);
       // Of its own: what is sent is a whole buffer.
-      const sent: FittingJob = isFile ? job : { ...job, bytes: job.bytes.slice() };
+      const sent: FittingJob = isTile ? { ...job, bytes: job.bytes.slice() } : job;
       busy.postMessage(sent);
     });
   } catch (cause) {
@@ -57,7 +74,7 @@ async function inWorker(job: FittingJob, signal: AbortSignal): Promise<Uint8Arra
     throw cause;
   } finally {
     ending.abort();
-    if (isFile) end();
+    if (!isTile) end();
   }
 }
 

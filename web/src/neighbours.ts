@@ -45,7 +45,7 @@ const known = new WeakMap<Tile, Known>();
 function ask(view: View): Known[] {
   const { file, drawn } = view;
   if (!file) return [];
-  return drawn.map((tile) => {
+  return drawn.map(({ tile }) => {
     const found = known.get(tile) ?? survey(tile, file.archive);
     known.set(tile, found);
     return found;

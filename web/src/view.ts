@@ -1,4 +1,4 @@
-import { Camera, type Tile } from '#wasm';
+import { Camera } from '#wasm';
 import type { PictureFile } from './archive.js';
 import type { Renderer } from './engine.js';
 import { ViewerError, viewerError } from './errors.js';
@@ -188,12 +188,16 @@ export class View {
   }
 
   /** The tiles of the last frame. */
-  get drawn(): Tile[] {
-    return this.#shown?.drawn.map(({ tile }) => tile) ?? [];
+  get drawn(): Loaded[] {
+    return this.#shown?.drawn ?? [];
   }
 
   get file(): PictureFile | undefined {
     return this.#shown?.tiles.file;
+  }
+
+  get tiles(): Tiles | undefined {
+    return this.#shown?.tiles;
   }
 
   get renderer(): Renderer | undefined {

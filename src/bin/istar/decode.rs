@@ -1,23 +1,25 @@
 //! `istar decode`
 
 use crate::archive::Archive;
-use crate::render::{Look, bands, draw_cpu, draw_tiles};
+use crate::render::{self, Look, bands, draw_cpu, draw_tiles};
+use crate::vectors::{self, Subject};
 use crate::{Outcome, files, pictures};
 use clap::ValueEnum;
-use istar::container::Payload;
+use istar::container::{self, Payload};
 use istar::grid::Point;
 use istar::model::RegionId;
 use istar::raster::Painter;
+use istar::style::Styles;
 use istar::{Camera, Image, Limits, raster};
 use std::path::PathBuf;
 
-/// Decode to a PNG of the whole picture
+/// Decode the whole picture to a PNG, or as lines and areas to an SVG, PDF or EPS
 #[derive(clap::Args)]
 pub struct Args {
     /// The .istar file
     #[arg(value_name = "IN.istar")]
     input: PathBuf,
-    /// Where to write the PNG
+    /// Where to write the PNG, or an .svg, .pdf or .eps
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
     /// Width in pixels; the height follows [default: the source's]
@@ -29,6 +31,8 @@ pub struct Args {
     /// What the pixels mean
     #[arg(long, value_enum, default_value_t = What::Color)]
     what: What,
+    #[command(flatten)]
+    lines: vectors::LineArgs,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -50,6 +54,17 @@ pub fn run(args: &Args) -> Outcome {
     Limits::default().check_size([width, height]).map_err(|error| error.to_string())?;
     let mut camera = Camera::new(size, [width, height]);
     camera.look_at(Point::new(size.map(|n| 0.5 * f64::from(n))), scale);
+    if let Some(format) = vectors::format_of(&args.output) {
+        vectors::refuse(args.no_antialias, "--no-antialias", &args.output)?;
+        vectors::refuse(args.what == What::Regions, "--what regions", &args.output)?;
+        let section = render::whole(files::read_image(&args.input)?.0);
+        let names = container::names(&archive.index).map_err(|error| archive.at(&error))?;
+        let styles = Styles::new(&section.image);
+        let subject =
+            Subject { input: &args.input, section: &section, styles: &styles, names: &names };
+        return output.finish(&vectors::draw(&args.lines, format, &subject, &camera)?);
+    }
+    args.lines.check(&args.output)?;
     let png = match archive.index.payload() {
         Payload::Tiles => {
             // At its own size the pixels that it was made from are wanted; at others, smooth boundaries.

@@ -16,6 +16,7 @@ mod stream;
 mod styles;
 mod survey;
 mod tell;
+mod vectors;
 mod verify;
 mod view;
 

@@ -2,9 +2,10 @@
 
 use crate::archive::{Archive, Section};
 use crate::styles::{Absorbed, Sheet};
+use crate::vectors::{self, Subject};
 use crate::{Outcome, files, pictures, progress};
 use clap::ValueEnum;
-use istar::container::Payload;
+use istar::container::{self, Payload};
 use istar::grid::Point;
 use istar::model::RegionId;
 use istar::raster::Painter;
@@ -13,13 +14,13 @@ use istar::{Camera, Image, Limits, MAX_SCALE};
 use rayon::prelude::*;
 use std::path::PathBuf;
 
-/// Draw one view of a picture to a PNG
+/// Draw one view of a picture to a PNG, or as lines and areas to an SVG, PDF or EPS
 #[derive(clap::Args)]
 pub struct Args {
     /// The .istar file
     #[arg(value_name = "IN.istar")]
     input: PathBuf,
-    /// Where to write the PNG
+    /// Where to write the PNG, or an .svg, .pdf or .eps, whose unit is a pixel of the screen
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
     /// The source pixel in the middle, e.g. 1200.5,800.25
@@ -40,6 +41,8 @@ pub struct Args {
     /// How regions are drawn: colours, outlines, patterns, what is hidden
     #[arg(long, value_name = "STYLE.json")]
     style: Option<PathBuf>,
+    #[command(flatten)]
+    lines: vectors::LineArgs,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -66,6 +69,20 @@ pub fn run(args: &Args) -> Outcome {
         .zip(sheet.as_ref())
         .map_or_else(Vec::new, |(section, sheet)| sheet.absorbed(&section.image, &section.regions));
     let look = Look { antialias: !args.no_antialias, sheet, absorbed };
+    if let Some(format) = vectors::format_of(&args.output) {
+        vectors::refuse(args.no_antialias, "--no-antialias", &args.output)?;
+        vectors::refuse(args.backend == Backend::Gpu, "--backend gpu", &args.output)?;
+        let section = match archive.index.payload() {
+            Payload::Labels => whole(files::read_image(&args.input)?.0),
+            Payload::Tiles => archive.view(&camera)?,
+        };
+        let names = container::names(&archive.index).map_err(|error| archive.at(&error))?;
+        let (camera, styles) = (section.camera(&camera), look.styles(&section));
+        let subject =
+            Subject { input: &args.input, section: &section, styles: &styles, names: &names };
+        return output.finish(&vectors::draw(&args.lines, format, &subject, &camera)?);
+    }
+    args.lines.check(&args.output)?;
     let pixels = if archive.index.payload() == Payload::Labels || args.backend == Backend::Gpu {
         let section = match archive.index.payload() {
             Payload::Labels => whole(files::read_image(&args.input)?.0),
@@ -107,7 +124,7 @@ impl Look {
 }
 
 /// A picture that is all there is, as a section of its own.
-fn whole(image: Image) -> Section {
+pub fn whole(image: Image) -> Section {
     let regions = (0..image.regions.len() as RegionId).collect();
     Section { level: 0, first: [0; 2], image, regions }
 }
