@@ -85,7 +85,13 @@ export class Styles {
   }
 
   /** Brings a tile that is on the GPU up to date. */
-  apply(loaded: Loaded, scene: Scene, renderer: Pick<Renderer, 'setStyles'>, ratio: number, tiles: Tiles): void {
+  apply(
+    loaded: Loaded,
+    scene: Scene,
+    renderer: Pick<Renderer, 'setStyles'>,
+    ratio: number,
+    tiles: Tiles,
+  ): void {
     const { tile, styled } = loaded;
     if (this.#version === 0 || (styled?.version === this.#version && styled.ratio === ratio)) return;
     loaded.styled = { version: this.#version, ratio };
