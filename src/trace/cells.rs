@@ -24,9 +24,10 @@ pub(super) fn pieces(
         let ground = Ground::new(model, window);
         let mut out = Vec::new();
         for pixel in cells_of(&ground, block) {
+            let before = out.len();
             cell(&ground, &ground.cell(pixel), tolerance, &budget, &mut out)?;
+            budget.pieces(out.len() - before)?;
         }
-        budget.pieces(out.len())?;
         Ok(out)
     };
     let found: Result<Vec<Vec<Piece>>> = blocks.par_iter().map(of_block).collect();
