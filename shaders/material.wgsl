@@ -42,21 +42,6 @@ fn place_from(anchor: vec2<i32>, from_anchor: vec2<f32>) -> Place {
     return Place(pixel, clamp(from_anchor - vec2<f32>(pixel - anchor), vec2(0.0), vec2(1.0)));
 }
 
-fn covered_by(decoded: Decoded) -> vec4<f32> {
-    var sum = vec4(0.0);
-    var regions = decoded.regions;
-    var shares = decoded.shares;
-    loop {
-        sum += shares.x * premultiplied(style(regions.x).x);
-        regions = regions.yzz;
-        shares = vec3(shares.yz, 0.0);
-        if shares.x + shares.y <= 0.0 {
-            break;
-        }
-    }
-    return sum;
-}
-
 // The premultiplied colour of a pixel of the screen whose middle is `place` in the picture, in its pixels from the upper left corner of
 // one of them, `anchor`; `dx` and `dy` are how that changes from a pixel of the screen to the next, to the right and downwards.
 fn istar_sample_from(anchor: vec2<i32>, place: vec2<f32>, dx: vec2<f32>, dy: vec2<f32>) -> vec4<f32> {
@@ -107,7 +92,7 @@ fn istar_sample_from(anchor: vec2<i32>, place: vec2<f32>, dx: vec2<f32>, dy: vec
         let at = vec2(f32(i % columns), f32(i / columns)) + 0.5 - 0.5 * parts;
         let there = place + footprint * at;
         if is_near {
-            sum += covered_by(decode(place_from(anchor, there)));
+            sum += color_of(decode(place_from(anchor, there)));
         } else {
             sum += textureSampleLevel(colors, colors_sampler, (vec2<f32>(anchor) + there) / size, level);
         }

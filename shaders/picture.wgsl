@@ -247,17 +247,7 @@ fn paint_rest(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> 
     let samples = f32(view.samples);
     var at = vec2(0.5);
     loop {
-        let decoded = decode_at(middle - 0.5 + at / samples);
-        var regions = decoded.regions;
-        var shares = decoded.shares;
-        loop {
-            sum += shares.x * premultiplied(style(regions.x).x);
-            regions = regions.yzz;
-            shares = vec3(shares.yz, 0.0);
-            if shares.x + shares.y <= 0.0 {
-                break;
-            }
-        }
+        sum += color_of(decode_at(middle - 0.5 + at / samples));
         at = next_sample(at);
         if is_past_samples(at) {
             break;

@@ -37,6 +37,22 @@ fn premultiplied(word: u32) -> vec4<f32> {
     return vec4(color.rgb * color.a, color.a);
 }
 
+// What covers a pixel in the colours of its regions.
+fn color_of(decoded: Decoded) -> vec4<f32> {
+    var sum = vec4(0.0);
+    var regions = decoded.regions;
+    var shares = decoded.shares;
+    loop {
+        sum += shares.x * premultiplied(style(regions.x).x);
+        regions = regions.yzz;
+        shares = vec3(shares.yz, 0.0);
+        if shares.x + shares.y <= 0.0 {
+            break;
+        }
+    }
+    return sum;
+}
+
 // Of a style's words: its pattern's motif, 0 where it has none.
 fn motif_of(words: vec4<u32>) -> u32 {
     return (words.z >> 14u) & 7u;

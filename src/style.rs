@@ -273,10 +273,7 @@ impl Styles {
 
     /// As which region one is drawn: itself, where none absorbs it.
     pub fn drawn_as(&self, region: RegionId) -> RegionId {
-        match self.words.get(region as usize) {
-            Some(&[absorber, _, ABSORBED, _]) => absorber,
-            _ => region,
-        }
+        self.words.get(region as usize).and_then(read::absorber).unwrap_or(region)
     }
 
     /// The record by which a region is drawn.
@@ -310,6 +307,11 @@ pub(crate) mod read {
     /// A colour as channels of 0 to 1, straight.
     pub fn color(word: u32) -> [f64; 4] {
         word.to_le_bytes().map(|byte| f64::from(byte) / 255.0)
+    }
+
+    /// The region that absorbs the one that this is the record of, if one does.
+    pub fn absorber(words: &[u32; 4]) -> Option<RegionId> {
+        (words[2] == ABSORBED).then_some(words[0])
     }
 
     /// How much of a place the pattern covers; `at` in its own pixels, of which a screen pixel is `pixel`.

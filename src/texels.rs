@@ -50,12 +50,15 @@ impl Csr {
 impl<const E: usize> Texels<E> {
     /// The texels that cells of `model` need, with the values that they have there.
     pub fn as_stored<const D: usize>(model: &Model<D, E>) -> Self {
-        Self::numbered(model, |_, _| ())
+        Self::numbered(model, |_, _, _| ())
     }
 
-    /// The same; `join` makes one of what is one, after the texels of each size were numbered: it is told which
-    /// number was the first of these.
-    fn numbered<const D: usize>(model: &Model<D, E>, join: impl Fn(&mut Self, u32)) -> Self {
+    /// The same; `join` is told, once the texels of each size are numbered, from which number on these are, and pairs of
+    /// numbers that are one texel.
+    fn numbered<const D: usize>(
+        model: &Model<D, E>,
+        join: impl Fn(&mut Self, u32, &[[u32; 2]]),
+    ) -> Self {
         let mut texels = Texels {
             values: Vec::new(),
             places: vec![Vec::new(); model.blocks.len()],
@@ -68,8 +71,8 @@ impl<const E: usize> Texels<E> {
         // Coarser ones first: finer ones follow from them.
         for texel_log2 in (0..=model.block_log2).rev() {
             let numbered = texels.values.len();
-            texels.add_size(model, texel_log2);
-            join(&mut texels, numbered as u32);
+            let same = texels.add_size(model, texel_log2);
+            join(&mut texels, numbered as u32, &same);
             sources.resize(texels.values.len(), Vec::new());
             if numbered > 0 {
                 texels.derive(model, texel_log2, &mut sources);
@@ -99,10 +102,12 @@ impl<const E: usize> Texels<E> {
         self.sources = Csr::new(sources);
     }
 
-    /// Numbers the texels of blocks with one texel size.
-    fn add_size<const D: usize>(&mut self, model: &Model<D, E>, texel_log2: u8) {
+    /// Numbers the texels of blocks with one texel size: one that an earlier block next to it has too as there. Where
+    /// several such blocks have other numbers for it, pairs of these are returned.
+    fn add_size<const D: usize>(&mut self, model: &Model<D, E>, texel_log2: u8) -> Vec<[u32; 2]> {
+        let mut same = Vec::new();
         if !model.blocks.iter().any(|block| size_of(block) == Some(texel_log2)) {
-            return;
+            return same;
         }
         let cell_grid = model.cell_grid(texel_log2);
         let texel_grid = model.texel_grid(texel_log2);
@@ -118,64 +123,47 @@ impl<const E: usize> Texels<E> {
             let mut places = vec![UNUSED; used.len()];
             for (local, place) in places.iter_mut().enumerate().filter(|&(local, _)| used[local]) {
                 let within = grid::place(texel_grid, local);
-                let known = self.known(block_grid, i, cell_grid, texel_grid, within);
-                *place = known.unwrap_or_else(|| {
+                for step in grid::places([3; D]) {
+                    let mut beside = [0; D];
+                    let mut there = [0; D];
+                    let is_there = (0..D).all(|axis| {
+                        beside[axis] = (at[axis] + step[axis]).wrapping_sub(1);
+                        there[axis] = (within[axis] + cell_grid[axis])
+                            .wrapping_sub(step[axis] * cell_grid[axis]);
+                        beside[axis] < block_grid[axis] && there[axis] < texel_grid[axis]
+                    });
+                    if !is_there {
+                        continue;
+                    }
+                    let beside = grid::index(block_grid, beside);
+                    if beside >= i {
+                        // Steps run in order: everything from here on comes later.
+                        break;
+                    }
+                    // A block of another texel size has other places.
+                    let known = &self.places[beside];
+                    let is_same = known.len() == used.len();
+                    match known.get(grid::index(texel_grid, there)) {
+                        Some(&number) if is_same && number != UNUSED => match *place {
+                            UNUSED => *place = number,
+                            own if own != number => same.push([own, number]),
+                            _ => {}
+                        },
+                        _ => {}
+                    }
+                }
+                if *place == UNUSED {
                     self.values.push(cells.texels[local].map(f32::from));
                     let color: [u32; D] = std::array::from_fn(|axis| {
                         (at[axis] * cell_grid[axis] + within[axis]) % taps
                     });
                     self.colors.push(grid::index([taps; D], color) as u8);
-                    self.values.len() as u32 - 1
-                });
+                    *place = self.values.len() as u32 - 1;
+                }
             }
             self.places[i] = places;
         }
-    }
-
-    /// The number of a block's texel, if an earlier block of the same texel size has it too: one that
-    /// is next to it.
-    fn known<const D: usize>(
-        &self,
-        block_grid: [u32; D],
-        block: usize,
-        cell_grid: [u32; D],
-        texel_grid: [u32; D],
-        within: [u32; D],
-    ) -> Option<u32> {
-        self.others(block_grid, block, cell_grid, texel_grid, within).next()
-    }
-
-    /// The numbers that earlier blocks of the same texel size, next to a block, have for one of its texels.
-    fn others<const D: usize>(
-        &self,
-        block_grid: [u32; D],
-        block: usize,
-        cell_grid: [u32; D],
-        texel_grid: [u32; D],
-        within: [u32; D],
-    ) -> impl Iterator<Item = u32> {
-        let at = grid::place(block_grid, block);
-        grid::places([3; D])
-            .filter_map(move |step| {
-                let mut beside = [0; D];
-                let mut there = [0; D];
-                let is_there = (0..D).all(|axis| {
-                    beside[axis] = (at[axis] + step[axis]).wrapping_sub(1);
-                    there[axis] =
-                        (within[axis] + cell_grid[axis]).wrapping_sub(step[axis] * cell_grid[axis]);
-                    beside[axis] < block_grid[axis] && there[axis] < texel_grid[axis]
-                });
-                is_there.then(|| (grid::index(block_grid, beside), there))
-            })
-            // Steps run in order: everything from there on comes later.
-            .take_while(move |&(beside, _)| beside < block)
-            .filter_map(move |(beside, there)| {
-                let places = &self.places[beside];
-                // A block of another texel size has other places.
-                let is_same = places.len() == grid::count(texel_grid);
-                let number = *places.get(grid::index(texel_grid, there))?;
-                (is_same && number != UNUSED).then_some(number)
-            })
+        same
     }
 
     /// Finds what texels of one size follow from, where blocks with coarser ones are beside them.
@@ -336,68 +324,47 @@ impl<const E: usize> Texels<E> {
 
     /// The texels as stored, but that all blocks that are next to each other have one number for one texel.
     ///
-    /// [`known`](Self::known) takes the number of one such block. Where two of them had not met before, which wide
-    /// texels with gaps between them can do, the other's stays different. A tile may have that other alone: then
-    /// they are one there, and must be equal.
+    /// As stored a texel has the number of one such block. Where two of them had not met before, which wide texels
+    /// with gaps between them can do, the other's stays different. A tile may have that other alone: then they are
+    /// one there, and must be equal.
     fn joined<const D: usize>(model: &Model<D, E>) -> Self {
-        let join = |texels: &mut Self, first: u32| {
-            let Some(pairs) = texels.strangers(model, first) else { return };
-            let mut same: Vec<u32> = (first..texels.values.len() as u32).collect();
-            let root = |same: &mut Vec<u32>, mut number: u32| {
-                while same[(number - first) as usize] != number {
-                    number = same[(number - first) as usize];
-                }
-                number
-            };
-            for [a, b] in pairs {
-                let (a, b) = (root(&mut same, a), root(&mut same, b));
-                same[(a.max(b) - first) as usize] = a.min(b);
+        Self::numbered(model, |texels, first, same| {
+            if !same.is_empty() {
+                texels.join(first, same);
             }
-            // Numbers without gaps, in the same order.
-            let mut next = first;
-            let mut numbers = vec![0; same.len()];
-            for number in first..texels.values.len() as u32 {
-                let at = (number - first) as usize;
-                let own = root(&mut same, number);
-                numbers[at] = if own == number { next } else { numbers[(own - first) as usize] };
-                if own == number {
-                    texels.values[next as usize] = texels.values[number as usize];
-                    texels.colors[next as usize] = texels.colors[number as usize];
-                    next += 1;
-                }
-            }
-            texels.values.truncate(next as usize);
-            texels.colors.truncate(next as usize);
-            let places = texels.places.iter_mut().flatten();
-            for place in places.filter(|place| **place != UNUSED && **place >= first) {
-                *place = numbers[(*place - first) as usize];
-            }
-        };
-        Self::numbered(model, join)
+        })
     }
 
-    /// Pairs of numbers, from one on, that blocks next to each other have for one texel.
-    fn strangers<const D: usize>(&self, model: &Model<D, E>, first: u32) -> Option<Vec<[u32; 2]>> {
-        let mut pairs = Vec::new();
-        for (i, block) in model.blocks.iter().enumerate() {
-            let Some(texel_log2) = size_of(block) else { continue };
-            let texel_grid = model.texel_grid(texel_log2);
-            for (local, &number) in self.places[i].iter().enumerate() {
-                if number == UNUSED || number < first {
-                    continue;
-                }
-                let within = grid::place(texel_grid, local);
-                let others = self.others(
-                    model.block_grid(),
-                    i,
-                    model.cell_grid(texel_log2),
-                    texel_grid,
-                    within,
-                );
-                pairs.extend(others.filter(|&other| other != number).map(|other| [number, other]));
+    /// Makes pairs of texels one, that with the lower number, and numbers those from `first` on anew.
+    fn join(&mut self, first: u32, same: &[[u32; 2]]) {
+        let mut parents: Vec<u32> = (0..self.values.len() as u32).collect();
+        let root = |parents: &[u32], mut number: u32| {
+            while parents[number as usize] != number {
+                number = parents[number as usize];
+            }
+            number
+        };
+        for pair in same {
+            let [a, b] = pair.map(|number| root(&parents, number));
+            parents[a.max(b) as usize] = a.min(b);
+        }
+        // A parent comes first: by now it has its new number.
+        let mut next = first;
+        for number in first as usize..parents.len() {
+            if parents[number] == number as u32 {
+                self.values[next as usize] = self.values[number];
+                self.colors[next as usize] = self.colors[number];
+                parents[number] = next;
+                next += 1;
+            } else {
+                parents[number] = parents[parents[number] as usize];
             }
         }
-        (!pairs.is_empty()).then_some(pairs)
+        self.values.truncate(next as usize);
+        self.colors.truncate(next as usize);
+        for place in self.places.iter_mut().flatten().filter(|place| **place != UNUSED) {
+            *place = parents[*place as usize];
+        }
     }
 
     /// Makes texels free.

@@ -1,8 +1,8 @@
 //! What the viewer asks of the encoder's module where styles have regions absorbed. Thin: what it does is in `absorb`.
 
 use crate::absorb;
-use crate::container::{Index, Opened, Tile, TileAt, decode_tile};
-use crate::error::{Error, Result};
+use crate::container::{Index, Tile, TileAt, decode_tile};
+use crate::error::Result;
 use crate::limits::Limits;
 use crate::model::RegionId;
 use crate::wasm_error::{tell_of_panics, thrown};
@@ -29,9 +29,7 @@ impl Borders {
     ) -> std::result::Result<Borders, JsValue> {
         tell_of_panics();
         let read = || -> Result<Borders> {
-            let Opened::Index(index) = Index::open(head, &Limits::default())? else {
-                return Err(Error::malformed("file", "it was cut short"));
-            };
+            let index = Index::of_head(head, &Limits::default())?;
             let tile = TileAt { level, at: [x, y] };
             let Tile { model, regions, .. } = decode_tile(&index, tile, bytes, &Limits::default())?;
             Ok(Borders { borders: absorb::Borders::new(&model), regions })

@@ -2,7 +2,7 @@
 //! and `raster`. Bytes are fetched elsewhere.
 
 use crate::container::{self, Found, Index, LEVEL_STEP_LOG2, Opened, Payload, TileAt};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::grid::{self, Point};
 use crate::limits::Limits;
 use crate::model::{Block, Image, NodeId, RegionId};
@@ -31,11 +31,7 @@ impl Archive {
 
     /// Reads the head of a file. Throws as `needs`, and where the head is not all there.
     pub fn open(start: &[u8]) -> std::result::Result<Archive, JsValue> {
-        let open = || match Index::open(start, &Limits::default())? {
-            Opened::Index(index) => Ok(Archive(index)),
-            Opened::Needs(_) => Err(Error::malformed("file", "it was cut short")),
-        };
-        open().map_err(thrown)
+        Index::of_head(start, &Limits::default()).map(Archive).map_err(thrown)
     }
 
     /// Source pixels from left to right.

@@ -1,8 +1,8 @@
 //! What the viewer asks of the encoder: texels for a file that holds labels.
 
-use crate::container::{self, Index, Opened, Tile, TileAt};
+use crate::container::{self, Index, Tile, TileAt};
 use crate::draw_tile::drawn;
-use crate::error::{Error, Result as IstarResult};
+use crate::error::Result as IstarResult;
 use crate::limits::Limits;
 use crate::open;
 use crate::wasm_error::{tell_of_panics, thrown};
@@ -24,9 +24,7 @@ pub fn draw_tile(head: &[u8], level: u8, x: u32, y: u32, bytes: &[u8]) -> Result
     tell_of_panics();
     let draw = || -> IstarResult<Vec<u8>> {
         let limits = Limits::default();
-        let Opened::Index(index) = Index::open(head, &limits)? else {
-            return Err(Error::malformed("file", "it was cut short"));
-        };
+        let index = Index::of_head(head, &limits)?;
         let Tile { tile, model, regions } =
             drawn(&index, TileAt { level, at: [x, y] }, bytes, &limits)?;
         container::tile_bytes(index.layout(), tile, &model, &regions)

@@ -2,8 +2,8 @@
 //! `container` and `raster`. The viewer's own module is built without them.
 
 use crate::camera::Camera;
-use crate::container::{Index, Opened, TileAt, decode_tile};
-use crate::error::{Error, Result};
+use crate::container::{Index, TileAt, decode_tile};
+use crate::error::Result;
 use crate::grid::{self, Point};
 use crate::limits::Limits;
 use crate::placement::Placement;
@@ -36,15 +36,10 @@ impl PaintedTile {
         tell_of_panics();
         let read = || -> Result<PaintedTile> {
             let tile = TileAt { level, at: [x, y] };
-            let Opened::Index(index) = Index::open(head, &Limits::default())? else {
-                return Err(Error::malformed("file", "it was cut short"));
-            };
+            let index = Index::of_head(head, &Limits::default())?;
             let layout = index.layout();
-            if !layout.contains(tile) {
-                return Err(Error::Usage(format!("the file has no {tile}")));
-            }
-            let (placement, picture) = (layout.placement(tile), layout.size);
             let image = decode_tile(&index, tile, bytes, &Limits::default())?.model;
+            let (placement, picture) = (layout.placement(tile), layout.size);
             let styles = Styles::new(&image);
             Ok(PaintedTile { painter: Painter::owning(image), styles, placement, picture })
         };

@@ -2,12 +2,12 @@
 //! `trace`. The viewer's own module is built without it.
 
 use crate::camera::Camera;
-use crate::container::{self, Index, LEVEL_STEP_LOG2, Opened, Tile, TileAt};
+use crate::container::{self, Index, LEVEL_STEP_LOG2, Tile, TileAt};
 use crate::error::{Error, Result};
 use crate::grid::Point;
 use crate::limits::Limits;
 use crate::model::RegionId;
-use crate::style::Styles;
+use crate::style::{Styles, read::absorber};
 use crate::trace::{Drawing, Format, Scene, TOLERANCE};
 use crate::wasm_error::{tell_of_panics, thrown};
 use rustc_hash::FxHashMap;
@@ -19,6 +19,8 @@ pub struct TracedPicture {
     index: Box<Index>,
     tiles: Vec<Tile>,
     styles: FxHashMap<RegionId, [u32; 4]>,
+    /// As which region each is drawn that another absorbs.
+    absorbers: FxHashMap<RegionId, RegionId>,
     names: FxHashMap<[u8; 4], String>,
 }
 
@@ -27,16 +29,14 @@ impl TracedPicture {
     /// Reads the head of a file. Throws an `Error` whose name is `malformed`, `unsupported` or `limit`.
     pub fn open(head: &[u8]) -> std::result::Result<TracedPicture, JsValue> {
         tell_of_panics();
-        let open = || match Index::open(head, &Limits::default())? {
-            Opened::Index(index) => Ok(TracedPicture {
-                index,
-                tiles: Vec::new(),
-                styles: FxHashMap::default(),
-                names: FxHashMap::default(),
-            }),
-            Opened::Needs(_) => Err(Error::malformed("file", "it was cut short")),
-        };
-        open().map_err(thrown)
+        let index = Index::of_head(head, &Limits::default()).map_err(thrown)?;
+        Ok(TracedPicture {
+            index,
+            tiles: Vec::new(),
+            styles: FxHashMap::default(),
+            absorbers: FxHashMap::default(),
+            names: FxHashMap::default(),
+        })
     }
 
     /// Takes a tile from its bytes, which have been checked by the viewer, and the styles of its regions in their order,
@@ -50,13 +50,16 @@ impl TracedPicture {
         words: &[u32],
     ) -> std::result::Result<(), JsValue> {
         let at = TileAt { level, at: [x, y] };
-        if !self.index.layout().contains(at) {
-            return Err(thrown(Error::Usage(format!("the file has no {at}"))));
-        }
         let tile =
             container::decode_tile(&self.index, at, bytes, &Limits::default()).map_err(thrown)?;
         let (records, _) = words.as_chunks();
         self.styles.extend(tile.regions.iter().copied().zip(records.iter().copied()));
+        // Records name regions by their places in the tile.
+        let absorbed = tile.regions.iter().zip(records).filter_map(|(&region, words)| {
+            let absorber = *tile.regions.get(absorber(words)? as usize)?;
+            Some((region, absorber))
+        });
+        self.absorbers.extend(absorbed);
         self.tiles.push(tile);
         Ok(())
     }
@@ -119,6 +122,15 @@ impl TracedPicture {
                 styles.take(own, &[*words]);
             }
         }
+        let place = |number: &RegionId| numbers.binary_search(number).ok();
+        let absorbers: Vec<Option<RegionId>> = (0..)
+            .zip(&numbers)
+            .map(|(own, number)| match self.absorbers.get(number) {
+                Some(absorber) => Some(place(absorber)? as RegionId),
+                None => Some(own),
+            })
+            .collect();
+        styles.absorb(&absorbers);
         let name = |color: [u8; 4]| self.names.get(&color).map(String::as_str);
         let scene = Scene { image: &image, numbers: &numbers, styles: &styles, step };
         Ok(Drawing::new(scene, name, &camera, TOLERANCE, &limits)?.write(format))

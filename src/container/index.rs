@@ -172,6 +172,17 @@ impl Index {
         Ok(Opened::Index(Box::new(index)))
     }
 
+    /// The index of a file of which the head is there.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open); [`Error::Malformed`] where it is not all there.
+    pub fn of_head(start: &[u8], limits: &Limits) -> Result<Box<Index>> {
+        match Self::open(start, limits)? {
+            Opened::Index(index) => Ok(index),
+            Opened::Needs(_) => Err(Error::malformed("file", "it was cut short")),
+        }
+    }
+
     /// The index of a file that is there as a whole, with all of its directory.
     ///
     /// # Errors
@@ -180,10 +191,7 @@ impl Index {
         if bytes.is_empty() {
             return Err(Error::malformed("file", "it is empty"));
         }
-        let mut index = match Self::open(bytes, limits)? {
-            Opened::Index(index) => *index,
-            Opened::Needs(_) => return Err(Error::malformed("file", "it was cut short")),
-        };
+        let mut index = *Self::of_head(bytes, limits)?;
         index.check_length(bytes.len() as u64)?;
         for leaf in 0..index.leaves.len() {
             if let Some(range) = index.missing(leaf) {

@@ -86,6 +86,9 @@ pub fn decode_tile(index: &Index, tile: TileAt, bytes: &[u8], limits: &Limits) -
         ));
     }
     let layout = index.layout();
+    if !layout.contains(tile) {
+        return Err(Error::Usage(format!("the file has no {tile}")));
+    }
     let mut model: Image = Model {
         size: layout.tile_rect(tile).1,
         kernel: layout.kernel,
