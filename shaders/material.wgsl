@@ -84,8 +84,9 @@ fn istar_sample_from(anchor: vec2<i32>, place: vec2<f32>, dx: vec2<f32>, dy: vec
 
     let size = vec2<f32>(textureDimensions(colors, 0)) * texel;
     let level = log2(max(across / ACROSS / texel, 1.0));
-    let count = u32(parts.x * parts.y);
-    let columns = u32(parts.x);
+    // Edge on, derivatives may be no numbers.
+    let count = u32(clamp(parts.x * parts.y, 1.0, MOST_SAMPLED));
+    let columns = u32(clamp(parts.x, 1.0, MOST_SAMPLED));
     var sum = vec4(0.0);
     var i = 0u;
     loop {

@@ -220,7 +220,7 @@ fn paint_plain(plain: Corner) -> @location(0) vec4<f32> {
     let row = plain.c0 + at.x * (plain.c1 + at.x * plain.c2);
     let value = row.x + at.y * (row.y + at.y * row.z);
     var own = 1.0;
-    if abs(value) < 1.0 {
+    if (abs(value) < 1.0) & ((view.flags & ANTIALIAS) != 0u) {
         let slope = plain.c1 + 2.0 * at.x * plain.c2;
         let by = vec2(slope.x + at.y * (slope.y + at.y * slope.z), row.y + 2.0 * at.y * row.z);
         own = own_share(vec3(value, by));

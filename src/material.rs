@@ -3,7 +3,7 @@
 
 use crate::camera::Camera;
 use crate::error::Result;
-use crate::gpu::{Packed, Table};
+use crate::gpu::{Packed, Table, first_log2};
 use crate::grid::{self, Point};
 use crate::model::Image;
 use crate::raster::Painter;
@@ -41,7 +41,7 @@ impl Material {
     /// [`Error::Limit`](crate::Error::Limit) names the table that would not fit into a texture.
     pub fn new(image: &Image) -> Result<Self> {
         let packed = Packed::new(image)?;
-        let texel_log2 = first_log2(image.size);
+        let texel_log2 = first_log2(image.size, MOST);
         let [width, height] = image.size;
         let about = [width, height, image.block_log2.into(), texel_log2];
         let mut colors = vec![first_level(image, texel_log2)];
@@ -57,12 +57,6 @@ impl Material {
     pub fn tables(&self) -> [Table<'_>; 4] {
         self.packed.tables()
     }
-}
-
-/// log₂ of the width of a texel of the first level, in pixels of a picture of that size.
-fn first_log2(size: [u32; 2]) -> u32 {
-    let texels = |log2: u32| size.map(|n| u64::from(n.div_ceil(1 << log2))).iter().product::<u64>();
-    (0..31).find(|&log2| texels(log2) <= MOST).unwrap_or(31)
 }
 
 fn first_level(image: &Image, texel_log2: u32) -> ([u32; 2], Vec<[u8; 4]>) {
@@ -107,10 +101,12 @@ mod tests {
 
     #[test]
     fn levels_halve_to_the_texel_and_the_first_is_not_too_large() {
+        let first_log2 = |size| first_log2(size, MOST);
         assert_eq!(first_log2([1024, 1024]), 0);
         assert_eq!(first_log2([1025, 1024]), 1);
         assert_eq!(first_log2([5792, 2896]), 2);
         assert_eq!(first_log2([1, 1]), 0);
+        assert_eq!(first_log2([65_000, 3]), 4);
         let texels = vec![[255, 0, 7, 255], [255, 2, 7, 255], [255, 0, 8, 255], [255, 0, 8, 255]];
         assert_eq!(next_level([2, 2], &texels), ([1, 1], vec![[255, 1, 8, 255]]));
     }

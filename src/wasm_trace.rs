@@ -70,7 +70,8 @@ impl TracedPicture {
     }
 
     /// What a camera of so many pixels shows, in the format of that type, e.g. `image/svg+xml`. The place in the middle is x
-    /// and y in whole source pixels, and the fraction of each; the scale is pixels per source pixel. Throws as `open`.
+    /// and y in whole source pixels, and the fraction of each; the scale is pixels per source pixel. Takes
+    /// the tiles: once only. Throws as `open`.
     #[allow(clippy::too_many_arguments, reason = "a place of all its digits takes four")]
     pub fn write(
         &mut self,
@@ -89,6 +90,18 @@ impl TracedPicture {
 }
 
 impl TracedPicture {
+    /// The region as which one is drawn. A tile may tell that a region is absorbed by one that another tile tells to be
+    /// absorbed too; none where they go around in a circle.
+    fn drawn_as(&self, mut region: RegionId) -> Option<RegionId> {
+        for _ in 0..=self.absorbers.len() {
+            match self.absorbers.get(&region) {
+                Some(&absorber) => region = absorber,
+                None => return Some(region),
+            }
+        }
+        None
+    }
+
     fn drawn(
         &mut self,
         kind: &str,
@@ -107,8 +120,14 @@ impl TracedPicture {
         let Some(first) = tiles.first().map(|tile| tile.tile) else {
             return Err(Error::Usage("there are no tiles to be drawn".into()));
         };
-        let (image, numbers) = container::join(self.index.layout(), tiles, &limits)
-            .map_err(|_| Error::malformed("file", "a tile of what is to be drawn is damaged"))?;
+        let (image, numbers) =
+            container::join(self.index.layout(), tiles, &limits).map_err(|error| match error {
+                // Not all of a rectangle.
+                Error::Usage(_) => {
+                    Error::malformed("file", "a tile of what is to be drawn is damaged")
+                }
+                error => error,
+            })?;
         let log2 = first.level * LEVEL_STEP_LOG2;
         let step = f64::from(1u32 << log2);
         center = center.coarser(log2);
@@ -125,9 +144,10 @@ impl TracedPicture {
         let place = |number: &RegionId| numbers.binary_search(number).ok();
         let absorbers: Vec<Option<RegionId>> = (0..)
             .zip(&numbers)
-            .map(|(own, number)| match self.absorbers.get(number) {
-                Some(absorber) => Some(place(absorber)? as RegionId),
-                None => Some(own),
+            .map(|(own, number)| match self.drawn_as(*number) {
+                Some(absorber) if absorber != *number => Some(place(&absorber)? as RegionId),
+                Some(_) => Some(own),
+                None => None,
             })
             .collect();
         styles.absorb(&absorbers);

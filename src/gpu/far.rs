@@ -6,11 +6,11 @@
 //! anew, but only once the same styles have been drawn before: a frame with many samples is cheaper than
 //! all of them, if a region is pointed at for that frame alone.
 
-use super::pack::WIDTH;
+use super::pack::first_log2;
 use crate::placement::SceneView;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// The most texels of the first level. No side of it has more than [`WIDTH`].
+/// The most texels of the first level. See [`first_log2`].
 const MOST: u64 = 1 << 22;
 /// Texels that a screen pixel is wide, at least: of those at its edges only a part is its own, and which
 /// part nobody knows.
@@ -49,19 +49,10 @@ impl Far {
     }
 }
 
-/// log₂ of the width of a texel of the first level, in pixels of a scene of that size.
-fn first_log2(size: [u32; 2]) -> u32 {
-    let fits = |&log2: &u32| {
-        let [width, height] = size.map(|n| u64::from(n.div_ceil(1u32 << log2)));
-        width * height <= MOST && width.max(height) <= WIDTH.into()
-    };
-    (0..31).find(fits).unwrap_or(31)
-}
-
 /// The levels of a scene of that size: log₂ of the width of a texel, and texels along each axis.
 pub(super) fn levels(size: [u32; 2]) -> impl Iterator<Item = (u32, [u32; 2])> {
     let level = move |log2: u32| (log2, size.map(|n| n.div_ceil(1u32 << log2).max(1)));
-    let first = first_log2(size);
+    let first = first_log2(size, MOST);
     let last = (first..31).find(|&log2| level(log2).1 == [1; 2]).unwrap_or(first);
     (first..=last).map(level)
 }

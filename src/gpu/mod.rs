@@ -36,6 +36,8 @@ mod webgpu_sys;
 pub use crate::placement::MAX_SAMPLES;
 #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 pub use native::Scene;
+#[cfg(any(feature = "encode", not(target_arch = "wasm32")))]
+pub(crate) use pack::first_log2;
 pub use pack::{Format, MAX_ROWS, Packed, Table, WIDTH};
 #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 pub use readback::{Options, Renderer, render};

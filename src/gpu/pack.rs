@@ -28,6 +28,16 @@ pub const WIDTH: u32 = 1 << 12;
 /// The most rows, and the most blocks along an axis.
 pub const MAX_ROWS: u32 = WIDTH;
 
+/// log₂ of the width of a texel of the first of several levels of colours, in pixels of a picture of that size: of as many
+/// texels as `most`, no more than [`WIDTH`] a side.
+pub(crate) fn first_log2(size: [u32; 2], most: u64) -> u32 {
+    let fits = |&log2: &u32| {
+        let [width, height] = size.map(|n| u64::from(n.div_ceil(1u32 << log2)));
+        width * height <= most && width.max(height) <= WIDTH.into()
+    };
+    (0..31).find(fits).unwrap_or(31)
+}
+
 /// In a block's or a cell's word: one region, in the low 24 bits.
 pub(super) const SOLID: u32 = 1 << 31;
 const TEXEL_LOG2_SHIFT: u32 = 28;

@@ -24,9 +24,7 @@ pub(super) fn pieces(
         let ground = Ground::new(model, window);
         let mut out = Vec::new();
         for pixel in cells_of(&ground, block) {
-            let before = out.len();
             cell(&ground, &ground.cell(pixel), tolerance, &budget, &mut out)?;
-            budget.pieces(out.len() - before)?;
         }
         Ok(out)
     };
@@ -74,7 +72,9 @@ fn cell(
             }
             for border in borders(ground, cell, tolerance, axis, end) {
                 if is_own {
+                    let before = out.len();
                     border.pieces(ground, out);
+                    budget.pieces(out.len() - before)?;
                 }
                 for &(vertex, nodes) in &border.sides[1 - end] {
                     let at = (border.vertices[vertex as usize] - scale.origin[axis]) / scale.size;

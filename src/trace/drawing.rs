@@ -161,8 +161,8 @@ impl Drawing {
         let rings = drawing.traced.regions(count);
         let mut layers: BTreeMap<([u32; 4], [u8; 4]), u32> = BTreeMap::new();
         for (region, rings) in (0..).zip(rings) {
-            let (words, color) =
-                (drawing.words[region as usize], image.regions[region as usize].color);
+            let words = drawing.words[region as usize];
+            let color = image.regions[drawing.drawn_as[region as usize] as usize].color;
             let is_filled = words[0] >> 24 != 0 || read::motif(&words).is_some();
             let layer = (is_filled && !rings.is_empty()).then(|| {
                 let next = drawing.layers.len() as u32;

@@ -83,22 +83,19 @@ fn smooth_run(run: &[Piece], tolerance: f64, out: &mut Vec<Curve>) {
     let mut rest = run;
     while !rest.is_empty() {
         let lined = longest(rest.len(), |n| is_straight(&rest[..n], LINE * tolerance));
-        let mut curve = None;
-        let curved = longest(rest.len().min(MOST), |n| {
-            let found = one_curve(&rest[..n], CURVE * tolerance);
-            let fits = found.is_some();
-            curve = found.map(|found| (n, found)).or(curve.take());
-            fits
-        });
-        let (count, next) = match curve {
-            _ if lined >= curved => (lined.max(1), Curve::Line(rest[lined.max(1) - 1][3])),
-            Some((n, curve)) if n == curved => (n, curve),
-            // A piece stands for itself.
-            _ => (1, Curve::Cubic([rest[0][1], rest[0][2], rest[0][3]])),
-        };
-        let (next, count) = match (lined, next) {
-            (0, Curve::Line(_)) => (Curve::Cubic([rest[0][1], rest[0][2], rest[0][3]]), 1),
-            _ => (next, count),
+        // A piece stands for itself, at the least.
+        let mut curve = Curve::Cubic([rest[0][1], rest[0][2], rest[0][3]]);
+        let curved =
+            longest(rest.len().min(MOST), |n| match one_curve(&rest[..n], CURVE * tolerance) {
+                Some(found) => {
+                    curve = found;
+                    true
+                }
+                None => false,
+            });
+        let (count, next) = match lined >= curved.max(1) {
+            true => (lined, Curve::Line(rest[lined - 1][3])),
+            false => (curved.max(1), curve),
         };
         out.push(next);
         rest = &rest[count..];

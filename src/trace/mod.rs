@@ -82,8 +82,8 @@ pub struct Traced {
 }
 
 /// Traces the boundaries of what a window shows of a picture; what of the window is beyond the picture is left
-/// out. Curves are no further than `tolerance`, in the window's units, from where γ parts regions; so small
-/// may also be what is missed.
+/// out. Curves are no further than `tolerance`, in the window's units, from where γ parts regions; something
+/// closed of up to four tolerances across may be missed.
 ///
 /// # Errors
 /// [`Error::Usage`] where the window shows nothing or the tolerance is no positive number, [`Error::Limit`] where

@@ -33,7 +33,7 @@ pub(super) struct Budget {
 /// Squares that are looked at: some minutes' work.
 const MOST_SQUARES: usize = 1 << 27;
 /// Bytes of memory that a piece takes until it is part of a curve, about.
-const BYTES_A_PIECE: u64 = 256;
+const BYTES_A_PIECE: u64 = 400;
 
 impl Budget {
     pub fn new(memory: u64) -> Self {
@@ -130,18 +130,19 @@ impl CellTracer<'_> {
         let (mask, is_single) = self.field.narrowed(square.mask, square.low, square.high);
         let met = around(square);
         let length = self.length(square);
+        let before = self.out.len();
         let is_done = match &met[..] {
             [] => self.field.is_uniform(mask) || is_single || length <= within::ISLAND,
             [a, b] => (is_single || length <= within::LINE) && self.line(square, a, b),
             [_, _, _] => length <= within::MEETING && self.meeting(square, &met),
             _ => false,
         };
-        if is_done {
-            return Ok(());
-        }
-        if length <= within::LAST {
+        let is_last = !is_done && (length <= within::LAST || !is_divisible(square));
+        if is_last {
             self.join(square, &met);
-            return Ok(());
+        }
+        if is_done || is_last {
+            return self.budget.pieces(self.out.len() - before);
         }
         self.quarters(square, mask).iter().try_for_each(|quarter| self.trace(quarter))
     }
@@ -355,6 +356,12 @@ pub(super) fn cubic(curve: &[[f64; 2]; 4], t: f64) -> ([f64; 2], [f64; 2]) {
 
 fn middle(square: &Square) -> [f64; 2] {
     [0, 1].map(|axis| 0.5 * (square.low[axis] + square.high[axis]))
+}
+
+/// Whether its middle is none of its corners: from close by f64 tells no more than these.
+fn is_divisible(square: &Square) -> bool {
+    let middle = middle(square);
+    (0..2).all(|axis| square.low[axis] < middle[axis] && middle[axis] < square.high[axis])
 }
 
 fn is_in(square: &Square, at: [f64; 2]) -> bool {

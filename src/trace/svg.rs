@@ -170,6 +170,8 @@ fn paint(attribute: &str, [r, g, b, a]: [u8; 4]) -> String {
 }
 
 fn escaped(text: &str) -> String {
+    // XML has all characters that names may have, but for two.
+    let text = text.replace(['\u{fffe}', '\u{ffff}'], "\u{fffd}");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 

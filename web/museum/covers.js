@@ -1,4 +1,5 @@
 // What covers the floor, and the cards beside the pictures, drawn with the canvas. Of each all levels, each half as large.
+import { HUNG } from './hall.js';
 import { CARDS } from './mesh.js';
 
 const FLOOR = 1024;
@@ -70,12 +71,12 @@ export function floor() {
   return levels(image);
 }
 
-/** The cards of pictures with what is on them: a title, a line, and bytes. */
-export function cards(pictures) {
+/** The cards of the pictures on walls. */
+export function cards() {
   const [width, height] = [512, 256];
   const image = canvas(width * CARDS.columns, height * CARDS.rows);
   const context = image.getContext('2d');
-  for (const [i, { title, note, size }] of pictures.entries()) {
+  for (const [i, { title, note, file }] of HUNG.entries()) {
     const [x, y] = [(i % CARDS.columns) * width, Math.floor(i / CARDS.columns) * height];
     context.fillStyle = '#fbfaf7';
     context.fillRect(x, y, width, height);
@@ -85,7 +86,7 @@ export function cards(pictures) {
     context.font = '26px system-ui, sans-serif';
     context.fillStyle = '#55524c';
     context.fillText(note, x + 32, y + 128, width - 64);
-    context.fillText(size, x + 32, y + 206, width - 64);
+    context.fillText(`${file}.istar`, x + 32, y + 206, width - 64);
   }
   return levels(image);
 }

@@ -115,6 +115,9 @@ for (const picture of PICTURES) {
   picture.up = picture.flat ? [0, 0, -1] : [0, 1, 0];
 }
 
+/** Those on walls: each has a lamp, a mat and a card. */
+export const HUNG = PICTURES.filter(({ flat }) => !flat);
+
 /** From the picture to the frame, and the frame itself: its width and depth. */
 export const MAT = 0.16;
 export const FRAME = { width: 0.055, depth: 0.05 };

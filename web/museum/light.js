@@ -1,6 +1,6 @@
 // The light in the hall, worked out once for every surface: panels in the ceiling, a lamp for each picture, what bounces, corners that are
 // darker, and soft shadows below frames and benches.
-import { BENCHES, HEIGHT, halfSize, PANELS, PICTURES, ROOMS } from './hall.js';
+import { BENCHES, HEIGHT, HUNG, halfSize, PANELS, ROOMS } from './hall.js';
 import { add, dot, scale, subtract } from './vectors.js';
 
 /** Texels a metre, and of the sheet that has all of them. */
@@ -12,7 +12,7 @@ const LAMP_LIGHT = [1.0, 0.93, 0.82];
 const BOUNCED = [0.36, 0.34, 0.315];
 
 /** Lamps hang from the ceiling, away from the wall. */
-const LAMPS = PICTURES.filter(({ flat }) => !flat).map((picture) => {
+const LAMPS = HUNG.map((picture) => {
   const from = add(add(picture.at, scale(picture.normal, 2.3)), [0, HEIGHT - 0.1 - picture.at[1], 0]);
   const towards = subtract(picture.at, from);
   const length = Math.hypot(...towards);
@@ -91,8 +91,8 @@ function softBox(x, y, [halfX, halfY], blur) {
 /** What is left of the light on a surface where things stand before it. */
 function shadow(surface, at) {
   let left = 1;
-  for (const picture of PICTURES) {
-    if (picture.flat || dot(picture.normal, surface.normal) < 0.99) continue;
+  for (const picture of HUNG) {
+    if (dot(picture.normal, surface.normal) < 0.99) continue;
     const way = subtract(at, picture.at);
     if (Math.abs(dot(way, picture.normal)) > 0.05) continue;
     const half = halfSize(picture);

@@ -1,11 +1,14 @@
 // The hall as triangles. A corner has a place, a place on the sheet of light, a place on what covers it (a picture's in source pixels), and
 // light of its own.
-import { BENCHES, FRAME, halfSize, PANELS, PICTURES, surfaces } from './hall.js';
+import { BENCHES, FRAME, HUNG, halfSize, PANELS, PICTURES, surfaces } from './hall.js';
 import { baked, lightAt, shown } from './light.js';
 import { add, scale } from './vectors.js';
 
-/** Numbers of a corner. */
+/** Numbers of each attribute of a corner, one after the other, and of all. */
+export const ATTRIBUTES = [3, 2, 2, 3];
 export const CORNER = 10;
+/** The levels of a white texture, for what nothing covers. */
+export const BLANK = [{ width: 1, height: 1, data: new Uint8Array(4).fill(255) }];
 /** Metres that the floor's planks take until they repeat. */
 const FLOOR_REPEATS = 2.4;
 /** Corners along each side of a picture: light changes over it. */
@@ -48,11 +51,8 @@ export function built() {
       addBox(meshes.plain, [x, 0, min[2] + 0.04], [x + 0.06, max[1] - 0.07, max[2] - 0.04], WOOD, own);
     }
   }
-  const labels = [];
-  for (const picture of PICTURES) {
-    addFrame(meshes.plain, picture, own);
-    if (!picture.flat) labels.push(addLabel(meshes.labels, picture, labels.length, sheet.plain));
-  }
+  for (const picture of PICTURES) addFrame(meshes.plain, picture, own);
+  for (const [i, picture] of HUNG.entries()) addLabel(meshes.labels, picture, i, sheet.plain);
   const pictures = PICTURES.map((picture) => pictureMesh(picture, sheet.plain).data);
   const data = Object.fromEntries(Object.entries(meshes).map(([name, mesh]) => [name, mesh.data]));
   return { sheet, meshes: data, pictures };
@@ -230,7 +230,6 @@ function addLabel(mesh, picture, index, light) {
     return { at, light, cover, color: lit(at, picture.normal, WHITE, 1.1) };
   };
   mesh.quad([corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)]);
-  return picture;
 }
 
 function pictureMesh(picture, light) {

@@ -1,15 +1,18 @@
 // The museum: a hall with pictures that are materials of its walls. `?backend=webgpu|webgl2` says what draws it.
 import { IStarMaterial } from '../istar-material.js';
+import { hit } from './aim.js';
 import { cards, floor } from './covers.js';
 import { PICTURES } from './hall.js';
-import { built } from './mesh.js';
 import { dot, lens, subtract, towards } from './vectors.js';
 import { Visitor } from './visitor.js';
+import { hall, Loader } from './workers.js';
 
 const FOVY = (56 * Math.PI) / 180;
 /** Frames of more seconds are drawn in fewer pixels while one moves. */
 const SLOW = 0.045;
 const LEAST_FINENESS = 0.5;
+/** The slider's thumb in rem, as the style sheet has it. */
+const THUMB = 2.25;
 const MODES = ['IStar', 'Both', 'Texture'];
 
 const stage = document.querySelector('#stage');
@@ -21,49 +24,78 @@ const split = document.querySelector('#split');
 const quiet = matchMedia('(prefers-reduced-motion: reduce)');
 
 const visitor = new Visitor();
-const scene = built();
 const files = [...new Set(PICTURES.map(({ file }) => file))];
-const sizes = new Map();
+/** Of each file that is there its textures: another renderer may need them again. */
+const textures = new Map();
+let loader;
+let scene;
 let canvas;
 let renderer;
+let fault = '';
 let mode = 0;
 let fineness = 1;
+/** Whether the canvas has fewer pixels than it should, for one moves. */
+let isCoarse = false;
 let frame = 0;
 let last = 0;
 let slow = 0;
 let before = -1;
-
-const loader = new Worker(new URL('./loader.js', import.meta.url), { type: 'module' });
-const asked = new Map();
+let questions = 0;
 
 start();
 
 async function start() {
   try {
-    renderer = await created(new URLSearchParams(location.search).get('backend'));
+    // Files are on their way while the light is worked out.
+    loader = new Loader(files, hang, fail);
+    scene = await hall();
+    await begin();
   } catch (cause) {
-    status.textContent = `The hall cannot be drawn: ${cause.message}`;
+    fail(`The hall cannot be drawn: ${cause.message}`);
     return;
   }
-  document.documentElement.dataset.backend = renderer.backend;
-  const waiting = new Set(files);
-  loader.addEventListener('message', ({ data }) => {
-    if (data.textures) {
-      renderer.addFile(data.name, data.textures);
-      sizes.set(data.name, data.size);
-      waiting.delete(data.name);
-      status.textContent = waiting.size > 0 ? 'Hanging the pictures …' : '';
-      if (waiting.size === 0) document.documentElement.dataset.ready = '';
-      redraw();
-    } else if (data.fault) status.textContent = data.fault;
-    else asked.get(data.ask)?.(data.found);
-  });
-  for (const name of files)
-    loader.postMessage({ name, load: new URL(`../gallery/${name}.istar`, import.meta.url).href });
   new ResizeObserver(resize).observe(stage);
   listen();
   if (!quiet.matches) setTour(true);
+}
+
+/** Puts a renderer into the page, and one more each time that its device is lost. */
+async function begin() {
+  const made = await created(new URLSearchParams(location.search).get('backend'));
+  for (const [name, data] of textures) made.addFile(name, data);
+  renderer = made;
+  made.lost.then(replace);
+  document.documentElement.dataset.backend = made.backend;
+  report();
   resize();
+}
+
+async function replace() {
+  renderer = undefined;
+  report();
+  try {
+    await begin();
+  } catch (cause) {
+    fail(`The hall can no longer be drawn: ${cause.message}`);
+  }
+}
+
+function hang(name, data) {
+  textures.set(name, data);
+  renderer?.addFile(name, data);
+  report();
+  redraw();
+}
+
+function fail(message) {
+  fault = message;
+  report();
+}
+
+function report() {
+  const isReady = renderer !== undefined && textures.size === files.length;
+  document.documentElement.toggleAttribute('data-ready', isReady);
+  status.textContent = fault || (isReady ? '' : 'Hanging the pictures …');
 }
 
 async function created(wanted) {
@@ -72,12 +104,8 @@ async function created(wanted) {
     canvas = document.createElement('canvas');
     const module = await (name === 'webgpu' ? import('./webgpu.js') : import('./webgl2.js'));
     const material = name === 'webgpu' ? IStarMaterial.wgsl : IStarMaterial.glsl;
-    const kilobytes = { emblem: '52 KB', map: '199 KB' };
-    const shown = PICTURES.filter(({ flat }) => !flat).map((picture) => ({
-      ...picture,
-      size: `${picture.file}.istar, ${kilobytes[picture.file]}`,
-    }));
-    const covers = { floor: floor(), labels: cards(shown) };
+    // Drawn anew for each: what canvases hold may be lost with a device.
+    const covers = { floor: floor(), labels: cards() };
     const renderer = await module.create(canvas, material, scene, covers);
     canvas.setAttribute('role', 'img');
     canvas.ariaLabel = 'A museum of three rooms with pictures on their walls';
@@ -89,7 +117,9 @@ async function created(wanted) {
 }
 
 function resize() {
-  const ratio = Math.min(devicePixelRatio, 2) * (visitor.isMoving ? fineness : 1);
+  if (!renderer) return;
+  isCoarse = visitor.isMoving && fineness < 1;
+  const ratio = Math.min(devicePixelRatio, 2) * (isCoarse ? fineness : 1);
   const [width, height] = [stage.clientWidth, stage.clientHeight].map((n) =>
     Math.max(Math.round(n * ratio), 1),
   );
@@ -103,21 +133,18 @@ function redraw() {
 
 function draw(now) {
   frame = 0;
+  if (!renderer) return;
   const seconds = last > 0 ? Math.min((now - last) / 1000, 0.1) : 1 / 60;
-  const wasMoving = visitor.isMoving;
   visitor.step(seconds);
   // Slow ones one after the other, not one that something else held up.
-  slow = wasMoving && last > 0 && seconds > SLOW ? slow + 1 : 0;
+  slow = last > 0 && seconds > SLOW ? slow + 1 : 0;
   if (slow > 4 && fineness > LEAST_FINENESS) {
     fineness = Math.max(fineness * 0.75, LEAST_FINENESS);
     slow = 0;
     resize();
   }
   last = visitor.isMoving ? now : 0;
-  // Where the thumb's middle is.
-  const thumb = 36 / stage.clientWidth;
-  const across = thumb / 2 + Number(split.value) * (1 - thumb);
-  const at = [0, canvas.width * across, canvas.width + 1][mode];
+  const at = [0, canvas.width * across(), canvas.width + 1][mode];
   const seen = lens(visitor, canvas.width / canvas.height, FOVY, renderer.isHalf);
   const order = PICTURES.map(({ file, at }, i) => [i, file, Math.hypot(...subtract(at, visitor.at))]);
   renderer.draw(
@@ -127,7 +154,14 @@ function draw(now) {
   );
   tell();
   if (visitor.isMoving) redraw();
-  else if (wasMoving) resize();
+  else if (isCoarse) resize();
+}
+
+/** Where the middle of the slider's thumb is, of the stage's width. */
+function across() {
+  const rem = Number.parseFloat(getComputedStyle(document.documentElement).fontSize);
+  const thumb = (THUMB * rem) / stage.clientWidth;
+  return thumb / 2 + Number(split.value) * (1 - thumb);
 }
 
 /** Says which picture one stands before, where it is another than before. */
@@ -146,59 +180,34 @@ function tell() {
   document.querySelector('#note').textContent = picture?.note ?? '';
 }
 
-/** The picture under a place of the window, and the place in it. */
-function hit(clientX, clientY) {
-  const box = stage.getBoundingClientRect();
-  const x = ((clientX - box.left) / box.width) * 2 - 1;
-  const y = 1 - ((clientY - box.top) / box.height) * 2;
-  const tangent = Math.tan(FOVY / 2);
-  const forward = towards(visitor.turn, visitor.tilt);
-  const right = [Math.cos(visitor.turn), 0, Math.sin(visitor.turn)];
-  const up = towards(visitor.turn, visitor.tilt + Math.PI / 2);
-  const ray = forward.map(
-    (n, i) => n + x * tangent * (box.width / box.height) * right[i] + y * tangent * up[i],
-  );
-  let best;
-  for (const picture of PICTURES) {
-    const facing = dot(ray, picture.normal);
-    if (facing >= 0) continue;
-    const distance = dot(subtract(picture.at, visitor.at), picture.normal) / facing;
-    const way = subtract(
-      visitor.at.map((n, i) => n + distance * ray[i]),
-      picture.at,
-    );
-    const [u, v] = [
-      dot(way, picture.right) / picture.width + 0.5,
-      0.5 - dot(way, picture.up) / picture.height,
-    ];
-    if (distance < 0 || Math.min(u, v) < 0 || Math.max(u, v) > 1 || distance > (best?.distance ?? 20))
-      continue;
-    const [left, top, end, lower] = picture.part;
-    best = { picture, distance, at: [left + u * (end - left), top + v * (lower - top)] };
-  }
-  return best;
-}
-
-async function ask(clientX, clientY) {
-  const under = hit(clientX, clientY);
+/** Tells the region at a place of the view: -1 to 1, to the right and upwards. */
+async function ask(x, y) {
+  const question = ++questions;
   found.textContent = '';
-  if (!under) return;
-  const answer = await new Promise((resolve) => {
-    const key = asked.size + 1;
-    asked.set(key, resolve);
-    loader.postMessage({ name: under.picture.file, ask: key, at: under.at });
-  });
-  if (!answer) return;
-  const color = `#${(answer.color >>> 8).toString(16).padStart(6, '0')}`;
+  const under = hit(visitor, [x, y], stage.clientWidth / stage.clientHeight, FOVY);
+  if (!under || !textures.has(under.picture.file)) return;
+  const { found: region, fault } = await loader.ask(under.picture.file, under.at);
+  // Another one was asked meanwhile.
+  if (question !== questions) return;
+  if (!region) {
+    found.textContent = fault ?? '';
+    return;
+  }
+  const color = `#${(region.color >>> 8).toString(16).padStart(6, '0')}`;
   const swatch = document.createElement('i');
   swatch.style.backgroundColor = color;
-  found.replaceChildren(swatch, `Region ${answer.region} of “${under.picture.title}”, ${color}`);
+  found.replaceChildren(swatch, `Region ${region.region} of “${under.picture.title}”, ${color}`);
 }
 
 function setTour(on) {
   if (on) visitor.tour();
   else visitor.stop();
-  tour.setAttribute('aria-pressed', String(on));
+  turned();
+}
+
+/** After what may have begun or ended the tour, and the way anywhere. */
+function turned() {
+  tour.setAttribute('aria-pressed', String(visitor.isOnTour));
   resize();
 }
 
@@ -211,24 +220,21 @@ function setMode(next) {
 }
 
 function visit(by) {
-  const from = before < 0 ? (by > 0 ? -1 : 0) : before;
+  // On from where one is going to, if one is not there yet.
+  const from = visitor.goal ?? (before < 0 && by > 0 ? -1 : Math.max(before, 0));
   visitor.visit((from + by + PICTURES.length) % PICTURES.length, quiet.matches);
-  tour.setAttribute('aria-pressed', 'false');
-  resize();
+  turned();
 }
 
 function listen() {
-  const stopped = () => {
-    tour.setAttribute('aria-pressed', 'false');
-    resize();
-  };
   addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.('input')) return;
-    if (visitor.key(event.code, true)) stopped();
+    if (visitor.key(event.code, true)) turned();
     else if (event.code === 'KeyC') setMode((mode + 1) % MODES.length);
     else if (event.code === 'KeyT') setTour(!visitor.isOnTour);
     else if (event.code === 'KeyN') visit(1);
     else if (event.code === 'KeyP') visit(-1);
+    else if (event.key === 'Enter' && (event.target === stage || event.target === document.body)) ask(0, 0);
     else return;
     event.preventDefault();
   });
@@ -236,7 +242,7 @@ function listen() {
   addEventListener('blur', () => visitor.release());
   let dragged = 0;
   stage.addEventListener('pointerdown', (event) => {
-    if (event.target !== canvas || !event.isPrimary) return;
+    if (event.target !== canvas || !event.isPrimary || event.button !== 0) return;
     canvas.setPointerCapture(event.pointerId);
     dragged = 0;
   });
@@ -246,18 +252,23 @@ function listen() {
     if (dragged < 4) return;
     const angle = FOVY / stage.clientHeight;
     visitor.look(-event.movementX * angle, event.movementY * angle);
-    stopped();
+    turned();
   });
   stage.addEventListener('pointerup', (event) => {
-    if (canvas.hasPointerCapture(event.pointerId) && dragged < 4) ask(event.clientX, event.clientY);
+    if (!canvas.hasPointerCapture(event.pointerId) || dragged >= 4) return;
+    const box = stage.getBoundingClientRect();
+    const [x, y] = [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
+    ask(2 * x - 1, 1 - 2 * y);
   });
   stage.addEventListener(
     'wheel',
     (event) => {
+      // The browser's own zoom.
+      if (event.ctrlKey) return;
       event.preventDefault();
       visitor.stop();
       visitor.walk(-Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY) / 300, 0.5), 0);
-      stopped();
+      turned();
     },
     { passive: false },
   );
@@ -274,13 +285,8 @@ globalThis.museum = {
   stand(at, turn, tilt) {
     visitor.stop();
     Object.assign(visitor, { at, turn, tilt });
-    stopTour();
+    turned();
   },
   mode: setMode,
   place: () => visitor.at,
 };
-
-function stopTour() {
-  tour.setAttribute('aria-pressed', 'false');
-  resize();
-}

@@ -11,16 +11,20 @@ export function towards(turn, tilt) {
   return [Math.sin(turn) * Math.cos(tilt), Math.sin(tilt), -Math.cos(turn) * Math.cos(tilt)];
 }
 
+/** Where forward, right and up are for a visitor. */
+export function axes({ turn, tilt }) {
+  return {
+    forward: towards(turn, tilt),
+    right: [Math.cos(turn), 0, Math.sin(turn)],
+    up: towards(turn, tilt + Math.PI / 2),
+  };
+}
+
 /** From places in the hall to the screen's clip space, for an eye; depth from 0 to 1 where `isHalf`, else from -1. */
-export function lens({ at, turn, tilt }, aspect, fovy, isHalf) {
+export function lens(visitor, aspect, fovy, isHalf) {
   const [near, far] = [0.04, 80];
-  const forward = towards(turn, tilt);
-  const right = [Math.cos(turn), 0, Math.sin(turn)];
-  const up = [
-    right[1] * forward[2] - right[2] * forward[1],
-    right[2] * forward[0] - right[0] * forward[2],
-    right[0] * forward[1] - right[1] * forward[0],
-  ];
+  const { at } = visitor;
+  const { forward, right, up } = axes(visitor);
   const f = 1 / Math.tan(fovy / 2);
   const [depth, shift] = isHalf
     ? [far / (far - near), (-far * near) / (far - near)]

@@ -52,6 +52,8 @@ export class Visitor {
   turn = 0;
   tilt = 0;
   isOnTour = false;
+  /** The picture that was gone to last, until one goes elsewhere or looks away. */
+  goal;
   #keys = new Set();
   #tour = 0;
   #going;
@@ -90,6 +92,7 @@ export class Visitor {
 
   stop() {
     this.isOnTour = false;
+    this.goal = undefined;
     this.#going = undefined;
   }
 
@@ -108,6 +111,7 @@ export class Visitor {
   /** Goes before a picture; `atOnce` without a way there. */
   visit(index, atOnce) {
     this.stop();
+    this.goal = index;
     const picture = PICTURES[index];
     const [half, halfY] = halfSize(picture);
     const away = picture.flat ? 0 : Math.max(half, halfY * 1.35) * 1.45 + 0.3;
@@ -122,7 +126,7 @@ export class Visitor {
   }
 
   tour() {
-    this.#going = undefined;
+    this.stop();
     this.isOnTour = true;
     // From where one is, on with the stop that is nearest.
     const distance = ({ at: [x, z] }) => Math.hypot(x - this.at[0], z - this.at[2]);

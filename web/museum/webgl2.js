@@ -1,5 +1,5 @@
 // Draws the hall with WebGL2. Pictures are drawn by the material's functions, pasted in.
-import { CORNER } from './mesh.js';
+import { ATTRIBUTES, BLANK, CORNER } from './mesh.js';
 
 const HEAD = `#version 300 es
 precision highp float;
@@ -73,15 +73,20 @@ void main() {
 export function create(canvas, material, { sheet, meshes, pictures }, covers) {
   const gl = canvas.getContext('webgl2', { antialias: true, alpha: false });
   if (!gl) throw new Error('This browser has no WebGL2.');
+  // A renderer on another canvas follows: this context need not be restored.
+  const lost = new Promise((resolve) => {
+    canvas.addEventListener('webglcontextlost', resolve, { once: true });
+  });
   const anisotropic = gl.getExtension('EXT_texture_filter_anisotropic');
   const surfaces = program(gl, SURFACE);
   const framed = program(gl, picture(material));
   const sheetTexture = texture(gl, 'rgba8unorm', [
     { width: sheet.size, height: sheet.size, data: sheet.texels },
   ]);
+  const blank = texture(gl, 'rgba8unorm', BLANK);
   const groups = Object.entries(meshes).map(([name, mesh]) => ({
     ...buffers(gl, mesh),
-    texture: covers[name] ? imageTexture(gl, covers[name]) : white(gl),
+    texture: covers[name] ? imageTexture(gl, covers[name]) : blank,
   }));
   const frames = pictures.map((mesh) => buffers(gl, mesh));
   const [smooth, ordinary, repeated] = [0, 1, 2].map(() => gl.createSampler());
@@ -111,6 +116,8 @@ export function create(canvas, material, { sheet, meshes, pictures }, covers) {
   return {
     backend: 'WebGL2',
     isHalf: false,
+    /** Kept once the browser has taken the context away: then nothing is drawn any longer. */
+    lost,
     addFile(name, textures) {
       files.set(
         name,
@@ -182,7 +189,7 @@ function buffers(gl, { corners, indices }) {
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
   let from = 0;
-  for (const [place, numbers] of [3, 2, 2, 3].entries()) {
+  for (const [place, numbers] of ATTRIBUTES.entries()) {
     gl.enableVertexAttribArray(place);
     gl.vertexAttribPointer(place, numbers, gl.FLOAT, false, 4 * CORNER, 4 * from);
     from += numbers;
@@ -220,8 +227,4 @@ function imageTexture(gl, levels) {
     gl.texSubImage2D(gl.TEXTURE_2D, level, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, image);
   }
   return made;
-}
-
-function white(gl) {
-  return texture(gl, 'rgba8unorm', [{ width: 1, height: 1, data: new Uint8Array([255, 255, 255, 255]) }]);
 }

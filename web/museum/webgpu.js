@@ -1,5 +1,5 @@
 // The same with WebGPU.
-import { CORNER } from './mesh.js';
+import { ATTRIBUTES, BLANK, CORNER } from './mesh.js';
 
 const SAMPLES = 4;
 
@@ -89,11 +89,9 @@ export async function create(canvas, material, { sheet, meshes, pictures }, cove
   const sheetTexture = texture(device, 'rgba8unorm', [
     { width: sheet.size, height: sheet.size, data: sheet.texels },
   ]);
-  const white = texture(device, 'rgba8unorm', [
-    { width: 1, height: 1, data: new Uint8Array([255, 255, 255, 255]) },
-  ]);
+  const blank = texture(device, 'rgba8unorm', BLANK);
   const groups = Object.entries(meshes).map(([name, mesh]) => {
-    const cover = covers[name] ? imageTexture(device, covers[name]) : white;
+    const cover = covers[name] ? imageTexture(device, covers[name]) : blank;
     return {
       ...buffers(device, mesh),
       covering: bound(surfaces, 1, [sheetTexture.createView(), cover.createView()]),
@@ -107,6 +105,12 @@ export async function create(canvas, material, { sheet, meshes, pictures }, cove
   return {
     backend: 'WebGPU',
     isHalf: true,
+    /** Kept once the device is gone, unless it was destroyed on purpose: then nothing is drawn any longer. */
+    lost: new Promise((resolve) => {
+      device.lost.then(({ reason }) => {
+        if (reason !== 'destroyed') resolve();
+      });
+    }),
     addFile(name, textures) {
       const views = textures.map(({ format, levels }) => texture(device, format, levels).createView());
       files.set(name, bound(framed, 1, [...views, smooth]));
@@ -167,7 +171,7 @@ export async function create(canvas, material, { sheet, meshes, pictures }, cove
 function pipeline(device, code, format) {
   const module = device.createShaderModule({ code });
   let from = 0;
-  const attributes = [3, 2, 2, 3].map((numbers, shaderLocation) => {
+  const attributes = ATTRIBUTES.map((numbers, shaderLocation) => {
     const attribute = { shaderLocation, offset: 4 * from, format: `float32x${numbers}` };
     from += numbers;
     return attribute;

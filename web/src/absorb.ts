@@ -3,6 +3,7 @@
 import { Borders } from '#encoder';
 import { loadEncoder } from './encoder.js';
 import type { Renderer, Scene } from './engine.js';
+import { ABSORBED } from './style.js';
 import type { Styles } from './styles.js';
 import type { Loaded, Tiles } from './tiles.js';
 
@@ -15,21 +16,13 @@ interface Known {
   pairs: Uint32Array;
 }
 
-/** The third word of a record where another region absorbs the one: see src/style.rs. The first is then that one's place. */
-const ABSORBED = 3 << 11;
-
 const knowledge = new WeakMap<object, Known>();
-let encoder: Promise<void> | undefined;
 /** What `styles.absorbed` was made for. */
 const made = new WeakMap<Styles, { version: number; tiles: Tiles }>();
 
-/** Brings what tells. A failed load is forgotten, so that a retry fetches again. */
+/** Brings what tells. */
 export async function ready(): Promise<typeof absorb> {
-  encoder ??= loadEncoder().catch((cause) => {
-    encoder = undefined;
-    throw cause;
-  });
-  await encoder;
+  await loadEncoder();
   return absorb;
 }
 
@@ -59,13 +52,17 @@ export function absorb(
   const told: number[] = [];
   /** What has its absorber in another tile, and who that is: it is drawn by a record of its own that says the same. */
   const elsewhere = new Map<number, number>();
+  /** Of several the first stands for it, lest there be outlines between them. */
+  const standIns = new Map<number, number>();
   for (const { pairs, recordOf } of coarsest.map((other) => tellingOf(other, tiles, styles, ratio))) {
     for (const [region, absorber] of inTwos(pairs)) {
       const place = places.get(region);
       if (place === undefined) continue;
       styles.absorbed.set(region, absorber);
-      if (places.has(absorber)) told.push(region, absorber);
+      const standIn = places.has(absorber) ? absorber : standIns.get(absorber);
+      if (standIn !== undefined) told.push(region, standIn);
       else {
+        standIns.set(absorber, region);
         words.set(recordOf(absorber), 4 * place);
         elsewhere.set(region, absorber);
       }

@@ -4,12 +4,9 @@ import { loadEncoder } from './encoder.js';
 import { viewerError } from './errors.js';
 import type { FittingJob, FittingResult, TracingJob } from './fitting.js';
 
-let loaded: Promise<void> | undefined;
-
 addEventListener('message', async ({ data }: MessageEvent<FittingJob>) => {
   try {
-    loaded ??= loadEncoder();
-    await loaded;
+    await loadEncoder();
     answer({ bytes: 'tiles' in data ? traced(data) : texels(data) });
   } catch (cause) {
     // What stops the module itself is that memory ran out.

@@ -21,8 +21,6 @@ export interface MaterialTexture {
   levels: { width: number; height: number; data: Uint32Array<ArrayBuffer> | Uint8Array<ArrayBuffer> }[];
 }
 
-let encoder: Promise<void> | undefined;
-
 /**
  * A picture as a material. A shader that has `wgsl` or `glsl` pasted in calls `istar_sample(place, dx, dy)`: the premultiplied sRGB colour of
  * a pixel whose middle is `place` in the picture, in its pixels, y downwards; `dx` and `dy` are the derivatives of that by the screen, as
@@ -64,19 +62,17 @@ export class IStarMaterial {
 
   /**
    * Reads a file, by its address or its bytes. That takes a moment for large pictures: call it in a worker where a page must not wait. The
-   * encoder (0.4 MB) is fetched with the first. An error has a name that says what is wrong: `network`, `http`, `malformed`, `unsupported`
+   * encoder (0.6 MB) is fetched with the first. An error has a name that says what is wrong: `network`, `http`, `malformed`, `unsupported`
    * or `limit`.
    */
   static async load(file: string | URL | Uint8Array): Promise<IStarMaterial> {
     try {
-      encoder ??= loadEncoder().catch((cause) => {
-        encoder = undefined;
-        throw cause;
-      });
-      const [bytes] = await Promise.all([file instanceof Uint8Array ? file : fetched(file), encoder]);
+      const [bytes] = await Promise.all([file instanceof Uint8Array ? file : fetched(file), loadEncoder()]);
       return new IStarMaterial(Material.open(bytes));
     } catch (cause) {
-      const { kind, message } = viewerError(cause, 'malformed');
+      // What stops the module itself is that memory ran out.
+      const step = cause instanceof WebAssembly.RuntimeError ? 'limit' : 'malformed';
+      const { kind, message } = viewerError(cause, step);
       throw Object.assign(new Error(message, { cause }), { name: kind });
     }
   }
@@ -94,9 +90,10 @@ export class IStarMaterial {
 }
 
 async function fetched(url: string | URL): Promise<Uint8Array> {
-  const response = await fetch(url).catch((cause) => {
+  const lost = (cause: unknown) => {
     throw new ViewerError('network', `${url} could not be fetched.`, cause);
-  });
+  };
+  const response = await fetch(url).catch(lost);
   if (!response.ok) throw new ViewerError('http', `${url} could not be fetched (${response.status}).`);
-  return new Uint8Array(await response.arrayBuffer());
+  return new Uint8Array(await response.arrayBuffer().catch(lost));
 }

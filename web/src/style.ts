@@ -1,5 +1,8 @@
 // How a region is drawn, as pages and saved files say it.
 
+/** The third word of a region's record where another absorbs it; the first is then that one's place: see src/style.rs. */
+export const ABSORBED = 3 << 11;
+
 /** A line along a region's boundary. */
 export interface Outline {
   /** A CSS colour; black. */

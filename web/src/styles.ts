@@ -1,12 +1,9 @@
 import type { Renderer, Scene } from './engine.js';
-import type { Pattern, Style, StyleSheet } from './style.js';
+import { ABSORBED, type Pattern, type Style, type StyleSheet } from './style.js';
 import type { Loaded, Tiles } from './tiles.js';
 
 const SIDES = ['inside', 'centre', 'outside'];
 const MOTIFS: Pattern['motif'][] = ['rising', 'falling', 'horizontal', 'vertical', 'cross', 'grid', 'dots'];
-
-/** The third word of a region's record where another absorbs it: see src/style.rs. */
-const ABSORBED = 3 << 11;
 
 /** As many regions may change one by one, before all are written anew. */
 const FEW = 64;
@@ -112,7 +109,13 @@ export class Styles {
     } else {
       const words = new Uint32Array(4 * half);
       for (let i = 0; i < half; i++) this.#write(words, 4 * i, ids[i] ?? 0, colors[i] ?? 0, ratio);
-      this.#absorb?.(words, loaded, tiles, this, ratio);
+      try {
+        this.#absorb?.(words, loaded, tiles, this, ratio);
+      } catch (cause) {
+        // Better to see the rest.
+        console.warn(cause);
+        for (let i = 2; i < words.length; i += 4) if (words[i] === ABSORBED) words[i] = 0;
+      }
       renderer.setStyles(scene, 0, words);
     }
   }

@@ -48,7 +48,7 @@ export async function tracedView(view: View, options: PictureOptions): Promise<B
   });
   const job: TracingJob = { type, tiles, names, width, height, scale, centre };
   const bytes = await module.fitted(job, new AbortController().signal);
-  return new Blob([bytes.slice()], { type });
+  return new Blob([bytes as Uint8Array<ArrayBuffer>], { type });
 }
 
 /** The finest tiles of a view in so many pixels, once they are there, with their styles. */
@@ -78,7 +78,7 @@ async function tilesOf(
         const anew = { ...loaded };
         delete anew.styled;
         view.styles.apply(anew, NOWHERE, { setStyles }, fineness, all);
-        return { level, x, y, key, head: head.slice(), bytes: bytes.slice(), words };
+        return { level, x, y, key, head, bytes: bytes.slice(), words };
       });
   } finally {
     twin.clear();

@@ -108,7 +108,8 @@ pub struct Look {
     pub antialias: bool,
     /// Without, as the file has it.
     pub sheet: Option<Sheet>,
-    /// Regions that others absorb, as the coarsest level tells: so all views of a picture agree.
+    /// Regions that others absorb, as the coarsest level tells: so all views of a picture agree, but for what is too small
+    /// to be seen there.
     pub absorbed: Vec<Absorbed>,
 }
 

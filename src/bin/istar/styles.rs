@@ -182,12 +182,19 @@ impl Sheet {
             return styles;
         }
         let place = |number: RegionId| Some(numbers.binary_search(&number).ok()? as RegionId);
-        // Whose absorber is not in sight is drawn by a style of its own that says the same.
+        // Whose absorber is not in sight is drawn by a style of its own that says the same; of several the first
+        // stands for it, lest there be outlines between them.
         let (mut here, mut elsewhere) = (Vec::new(), Vec::new());
+        let mut first = BTreeMap::new();
         for known in known {
             match (place(known.region), place(known.absorber)) {
                 (Some(region), Some(absorber)) => here.push([region, absorber]),
                 (Some(region), None) => {
+                    let stands_for = *first.entry(known.absorber).or_insert(region);
+                    if stands_for != region {
+                        here.push([region, stands_for]);
+                        continue;
+                    }
                     let parts = self.parts(&of_color, known.absorber, known.color);
                     styles.set(region, &style_of(known.color, parts, step));
                     elsewhere.push(region);
