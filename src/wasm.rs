@@ -65,11 +65,26 @@ impl Camera {
         self.0.look_at(Point::new([x, y]).offset([more_x, more_y]), scale);
     }
 
-    /// The source place in the middle of the viewport: x and y in whole pixels, and the fraction of each.
-    #[wasm_bindgen(unchecked_return_type = "[number, number, number, number]")]
+    /// Mirrors the picture or not and turns it by degrees, clockwise from where it was at first, about a place of the
+    /// viewport, in device pixels.
+    pub fn turn(&mut self, degrees: f64, flipped: bool, x: f64, y: f64) {
+        self.0.turn(degrees, flipped, [x, y]);
+    }
+
+    /// Shows what another one shows in a viewport of that size, at `scale` device pixels per source pixel.
+    pub fn follow(&mut self, other: &Camera, width: u32, height: u32, scale: f64) {
+        self.0 = other.0.clone();
+        self.resize(width, height);
+        self.0.look_at(other.0.center(), scale);
+    }
+
+    /// The source place in the middle of the viewport, x and y in whole pixels, and the fraction of each; by how many degrees
+    /// the picture is turned, and 1 where it is mirrored.
+    #[wasm_bindgen(unchecked_return_type = "[number, number, number, number, number, number]")]
     pub fn place(&self) -> Vec<f64> {
         let Point { whole: [x, y], frac } = self.0.center();
-        vec![x as f64, y as f64, frac[0], frac[1]]
+        let flipped = f64::from(u8::from(self.0.is_flipped()));
+        vec![x as f64, y as f64, frac[0], frac[1], self.0.rotation(), flipped]
     }
 
     /// Device pixels per source pixel.

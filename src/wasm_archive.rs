@@ -67,7 +67,8 @@ impl Archive {
     /// The tiles that a camera shows, at the level that suits it, the nearest to the middle first: level, column
     /// and row of each.
     pub fn view(&self, camera: &Camera) -> Vec<u32> {
-        let camera = &camera.0;
+        // Turned back, so that it is a rectangle.
+        let camera = camera.0.upright();
         let level = self.0.layout().level_at(camera.scale());
         let step = f64::from(1u32 << (level * LEVEL_STEP_LOG2));
         let corner = |along: [f64; 2]| camera.to_source(along).to_f64().map(|x| x / step);

@@ -34,7 +34,7 @@ export class Controls {
     const { element, view } = this.#host;
     const isThere = view.place !== undefined;
     const wants = (name: string) => isThere && element.hasAttribute(name);
-    this.#buttons.root.hidden = !wants('controls');
+    this.#buttons.update(wants('controls'));
     this.#scaleBar.update(wants('scalebar'));
     this.#overview.update(wants('navigator'));
   }

@@ -218,8 +218,8 @@ export class View {
   get place(): Place | undefined {
     const camera = this.#shown?.camera;
     if (!camera) return undefined;
-    const [x, y, moreX, moreY] = camera.place();
-    return { x: x + moreX, y: y + moreY, scale: camera.scale / this.#ratio };
+    const [x, y, moreX, moreY, rotation, flipped] = camera.place();
+    return { x: x + moreX, y: y + moreY, scale: camera.scale / this.#ratio, rotation, flipped: flipped > 0 };
   }
 
   /** The place with every digit; empty where there is none. */
@@ -230,8 +230,11 @@ export class View {
 
   /** Nothing happens where it is no such text. */
   set text(text: string) {
-    const sight = readPlace(text);
-    if (sight) this.lookAt(...sight);
+    const [centre, scale] = readPlace(text) ?? [];
+    if (!centre || !scale) return;
+    const [x, y, moreX, moreY, rotation, flipped] = centre;
+    this.lookAt(x, y, scale, moreX, moreY);
+    this.turn(rotation, flipped > 0);
   }
 
   pan(dx: number, dy: number): void {
@@ -264,6 +267,32 @@ export class View {
 
   lookAt(x: number, y: number, scale: number, moreX = 0, moreY = 0): void {
     this.#move((camera) => camera.lookAt(x, y, scale * this.#ratio, moreX, moreY));
+  }
+
+  /**
+   * Mirrors the picture or not and turns it, clockwise from where it was at first: about a place of the canvas, else about the middle, where
+   * a view of all of the picture goes on to be one.
+   */
+  turn(rotation: number, flipped: boolean, at?: { x: number; y: number }): void {
+    const isFitted = this.#fitted && !at;
+    const { width, height } = this.#size;
+    const ratio = this.#ratio;
+    this.#move((camera) =>
+      camera.turn(rotation, flipped, at ? at.x * ratio : width / 2, at ? at.y * ratio : height / 2),
+    );
+    if (isFitted) this.fit();
+  }
+
+  /** Turns the picture further. */
+  turnBy(degrees: number, at?: { x: number; y: number }): void {
+    const { place } = this;
+    if (place) this.turn(place.rotation + degrees, place.flipped, at);
+  }
+
+  /** Mirrors what is seen, left to right. */
+  flip(): void {
+    const { place } = this;
+    if (place) this.turn(-place.rotation, !place.flipped);
   }
 
   fit(): void {
@@ -365,9 +394,7 @@ export class View {
       if (tiles.length === 0) return;
       const step = this.#fineness ? 1 : this.#pace.next();
       const size = { width: Math.ceil(width / step), height: Math.ceil(height / step) };
-      const [x, y, moreX, moreY] = camera.place();
-      eye.resize(size.width, size.height);
-      eye.lookAt(x, y, camera.scale / step, moreX, moreY);
+      eye.follow(camera, size.width, size.height, camera.scale / step);
       for (const loaded of tiles) {
         const { tile, scene } = loaded;
         if (!scene) continue;
