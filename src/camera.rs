@@ -37,23 +37,14 @@ pub(crate) struct Turned {
 impl Turned {
     /// The place in the upright viewport.
     pub fn back(&self, screen: [f64; 2]) -> [f64; 2] {
-        let from_middle = self.axes.transpose() * (DVec2::from(screen) - self.middle);
+        let from_middle = back(&self.axes, DVec2::from(screen) - self.middle);
         (from_middle + self.upright.middle()).into()
     }
 
     /// The place on the screen of one in the upright viewport.
+    #[cfg(any(feature = "gpu", feature = "encode"))]
     pub fn forth(&self, upright: [f64; 2]) -> [f64; 2] {
         (self.axes * (DVec2::from(upright) - self.upright.middle()) + self.middle).into()
-    }
-
-    /// The pixels that may show any of those of the upright viewport, from and to (not included); nothing where there are none.
-    pub fn around(&self, pixels: [[u32; 2]; 2]) -> Option<[[u32; 2]; 2]> {
-        let [from, to] = pixels.map(|corner| UVec2::from(corner).as_dvec2());
-        let middle = DVec2::from(self.forth((0.5 * (from + to)).into()));
-        let reach = self.axes.abs() * (0.5 * (to - from));
-        let from = (middle - reach).floor().as_uvec2();
-        let to = (middle + reach).ceil().min(2.0 * self.middle).as_uvec2();
-        from.cmplt(to).all().then_some([from.into(), to.into()])
     }
 }
 
@@ -145,19 +136,17 @@ impl Camera {
     /// the source under the screen pixel `about` in place. What is not finite is ignored.
     pub fn turn(&mut self, degrees: f64, flipped: bool, about: [f64; 2]) {
         let from_middle = DVec2::from(about) - self.middle();
-        if !(degrees.is_finite() && from_middle.is_finite()) {
-            return;
-        }
-        let before = self.back(from_middle);
         let rotation = degrees - 360.0 * (degrees / 360.0).floor();
         // Just below a whole turn there are fewer digits than just below none.
-        self.rotation = if rotation < 360.0 { rotation } else { 0.0 };
-        self.flipped = flipped;
-        let unit = unit(self.rotation);
-        self.axes = DMat2::from_cols(if flipped { -unit } else { unit }, unit.perp());
-        let by = before - self.back(from_middle);
-        self.center = self.center.offset((by / self.scale).into());
-        self.keep_in_reach();
+        let rotation = if rotation >= 360.0 { 0.0 } else { rotation };
+        let unit = unit(rotation);
+        let axes = DMat2::from_cols(if flipped { -unit } else { unit }, unit.perp());
+        let by = self.back(from_middle) - back(&axes, from_middle);
+        if !by.is_finite() {
+            return;
+        }
+        (self.rotation, self.flipped, self.axes) = (rotation, flipped, axes);
+        self.go(by / self.scale);
     }
 
     /// Mirrors and turns the picture as another camera does.
@@ -165,9 +154,16 @@ impl Camera {
         (self.rotation, self.flipped, self.axes) = (other.rotation, other.flipped, other.axes);
     }
 
-    /// A camera that is not turned and sees all that this one sees.
-    pub fn upright(&self) -> Camera {
-        self.turned(self.viewport()).upright
+    /// The same view in a viewport of that size, of pixels that are `times` as wide.
+    pub fn coarser(&self, viewport: [u32; 2], times: f64) -> Camera {
+        Camera { viewport: viewport.into(), scale: self.scale / times, ..*self }
+    }
+
+    /// A rectangle of the picture that holds all that is seen: from, to.
+    pub fn seen(&self) -> [[f64; 2]; 2] {
+        let center = DVec2::from(self.center.to_f64());
+        let reach = self.axes.abs() * self.middle() / self.scale;
+        [(center - reach).into(), (center + reach).into()]
     }
 
     /// The view's upper left part of `size` pixels as one that is not turned.
@@ -187,15 +183,14 @@ impl Camera {
 
     /// What lies on the screen in that direction, in directions of the picture.
     fn back(&self, by: DVec2) -> DVec2 {
-        self.axes.transpose() * by
+        back(&self.axes, by)
     }
 
     /// Moves the picture by `by` screen pixels, as if dragged.
     pub fn pan(&mut self, by: [f64; 2]) {
         let by = DVec2::from(by);
         if by.is_finite() {
-            self.center = self.center.offset((self.back(-by) / self.scale).into());
-            self.keep_in_reach();
+            self.go(self.back(-by) / self.scale);
         }
     }
 
@@ -211,15 +206,21 @@ impl Camera {
         let from_center = self.back(about - self.middle());
         // The difference of two close numbers is taken as one small product, so that it stays exact.
         let by = from_center * ((scale - self.scale) / (scale * self.scale));
-        self.center = self.center.offset(by.into());
         self.scale = scale;
-        self.keep_in_reach();
+        self.go(by);
     }
 
     /// The place in the source under a place on the screen.
     pub fn to_source(&self, screen: [f64; 2]) -> Point<2> {
         let from_center = self.back(DVec2::from(screen) - self.middle());
         self.center.offset((from_center / self.scale).into())
+    }
+
+    /// Moves the middle by so many source pixels.
+    #[inline(never)]
+    fn go(&mut self, by: DVec2) {
+        self.center = self.center.offset(by.into());
+        self.keep_in_reach();
     }
 
     /// Some of the picture always stays under the middle of the viewport.
@@ -238,6 +239,12 @@ impl Camera {
             }
         }
     }
+}
+
+/// By the inverse of axes at right angles.
+#[inline(never)]
+fn back(axes: &DMat2, by: DVec2) -> DVec2 {
+    DVec2::new(axes.x_axis.dot(by), axes.y_axis.dot(by))
 }
 
 /// Cosine and sine of an angle in degrees. Exact for quarters of a turn, and without a library's, which would be a

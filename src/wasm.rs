@@ -71,13 +71,6 @@ impl Camera {
         self.0.turn(degrees, flipped, [x, y]);
     }
 
-    /// Shows what another one shows in a viewport of that size, at `scale` device pixels per source pixel.
-    pub fn follow(&mut self, other: &Camera, width: u32, height: u32, scale: f64) {
-        self.0 = other.0.clone();
-        self.resize(width, height);
-        self.0.look_at(other.0.center(), scale);
-    }
-
     /// The source place in the middle of the viewport, x and y in whole pixels, and the fraction of each; by how many degrees
     /// the picture is turned, and 1 where it is mirrored.
     #[wasm_bindgen(unchecked_return_type = "[number, number, number, number, number, number]")]
@@ -180,11 +173,20 @@ impl Renderer {
         self.frame.borrow_mut().push((scene.0.clone(), tile.placement));
     }
 
-    /// Draws what was placed since the last frame in the camera's viewport, and makes the canvas as
-    /// large. A quick frame may be a little blurred from far away. Throws an `Error` whose name is `gpu` where the device was lost.
-    pub fn draw(&self, camera: &Camera, quick: bool) -> Result<(), JsValue> {
+    /// Draws what was placed since the last frame as the camera shows it, in so many pixels, each of which stands for `step` of the
+    /// camera's along each axis, and makes the canvas as large. A quick frame may be a little blurred from far away. Throws an `Error`
+    /// whose name is `gpu` where the device was lost.
+    pub fn draw(
+        &self,
+        camera: &Camera,
+        quick: bool,
+        step: f64,
+        width: u32,
+        height: u32,
+    ) -> Result<(), JsValue> {
         let frame = self.frame.take();
-        self.renderer.draw(&frame, &camera.0, quick).map_err(thrown)
+        let camera = camera.0.coarser([width, height], step);
+        self.renderer.draw(&frame, &camera, quick).map_err(thrown)
     }
 }
 

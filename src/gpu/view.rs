@@ -8,7 +8,7 @@ use crate::camera::{Camera, Turned};
 use crate::model::Image;
 use crate::placement::{MAX_SAMPLES, Placement, SceneView};
 use crate::style::Reach;
-use glam::DVec2;
+use glam::{DVec2, UVec2};
 
 /// Where a back end's fragment positions have their origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,15 +80,8 @@ impl Layer {
         far: Option<&Far>,
     ) -> Option<Self> {
         let turned = camera.turned(size);
-        let mut view = placement.seen(&turned.upright, antialias)?;
-        let mut own = view.own;
-        if camera.is_turned() {
-            // Pixels that are not upright may lie half outside.
-            let [from, to] = own;
-            let to = [0, 1].map(|axis| view.viewport[axis].min(to[axis] + 1));
-            view.own = [from.map(|n| n.saturating_sub(1)), to];
-            own = turned.around(view.own)?;
-        }
+        let view = placement.seen(&turned.upright, antialias)?;
+        let own = if camera.is_turned() { around(&turned, view.own)? } else { view.own };
         let mut uniforms = ViewUniforms::new(&view, &turned, image.block_log2, target, antialias);
         if camera.is_turned() {
             uniforms.flags |= ViewUniforms::TURNED;
@@ -175,7 +168,7 @@ impl Layer {
     pub fn all_uniforms<'a>(layers: impl Iterator<Item = &'a Layer>) -> Vec<u8> {
         let mut bytes = Vec::new();
         for layer in layers.flat_map(|layer| layer.first.iter().chain([layer])) {
-            bytes.extend(layer.uniforms.to_bytes());
+            bytes.extend_from_slice(layer.uniforms.as_bytes());
             bytes.resize(bytes.len().next_multiple_of(UNIFORM_STEP as usize), 0);
         }
         bytes
@@ -196,9 +189,22 @@ impl Layer {
     }
 }
 
+/// The pixels that may show any of those of the upright viewport, from and to (not included); nothing where there are
+/// none.
+fn around(turned: &Turned, pixels: [[u32; 2]; 2]) -> Option<[[u32; 2]; 2]> {
+    let [from, to] = pixels.map(|corner| UVec2::from(corner).as_dvec2());
+    let middle = DVec2::from(turned.forth((0.5 * (from + to)).into()));
+    // Those that are not upright may lie half outside.
+    let reach = turned.axes.abs() * (0.5 * (to - from)) + 1.0;
+    let from = (middle - reach).floor().as_uvec2();
+    let to = (middle + reach).ceil().min(2.0 * turned.middle).as_uvec2();
+    from.cmplt(to).all().then_some([from.into(), to.into()])
+}
+
 /// The uniform block. Places are relative to a pixel of the scene near the middle of the view, so that
 /// f32 suffices; from closer by, where it does not, [`Close`] has the cuts by screen pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct ViewUniforms {
     /// Where the picture ends, in pixels of the viewport: left, top, right, lower.
     pub edges: [f32; 4],
@@ -244,6 +250,8 @@ pub struct ViewUniforms {
     pub reach: f32,
     /// From far away: the width of the colours' texels, in pixels of the scene.
     pub texel: f32,
+    /// Nothing: what follows is aligned.
+    pub gap: [u32; 2],
     /// The middle of the viewport in a pattern's pixels, how many of these a screen pixel is, and
     /// screen pixels per source pixel.
     pub pattern: [f32; 4],
@@ -251,7 +259,7 @@ pub struct ViewUniforms {
 
 impl ViewUniforms {
     /// Bytes of the uniform block.
-    pub const SIZE: usize = 192;
+    pub const SIZE: usize = size_of::<Self>();
     /// In `flags`: blend across boundaries.
     pub const ANTIALIAS: u32 = 1;
     /// In `flags`: give straight colours.
@@ -315,46 +323,14 @@ impl ViewUniforms {
             flags,
             reach: 0.0,
             texel: 1.0,
+            gap: [0; 2],
             pattern: [x, y, step, view.source].map(|n| n as f32),
         }
     }
 
-    /// The uniform block's bytes (std140, little endian).
-    pub fn to_bytes(&self) -> [u8; Self::SIZE] {
-        let floats = |[x, y]: [f32; 2]| [x.to_bits(), y.to_bits()];
-        let ints = |[x, y]: [i32; 2]| [x as u32, y as u32];
-        let words = [
-            floats([self.edges[0], self.edges[1]]),
-            floats([self.edges[2], self.edges[3]]),
-            floats([self.middles[0], self.middles[1]]),
-            floats([self.middles[2], self.middles[3]]),
-            floats([self.turn[0], self.turn[1]]),
-            floats([self.turn[2], self.turn[3]]),
-            floats([self.clip[0], self.clip[1]]),
-            floats([self.clip[2], self.clip[3]]),
-            ints(self.anchor),
-            floats(self.offset),
-            ints(self.last),
-            floats(self.middle),
-            floats(self.shift),
-            floats(self.to_clip),
-            self.patches,
-            floats(self.start),
-            floats(self.split),
-            floats([self.pixel, self.sub_pixel]),
-            [self.samples, self.block_log2],
-            [self.patch_width.to_bits(), self.flags],
-            // What follows is aligned.
-            floats([self.reach, self.texel]),
-            [0; 2],
-            floats([self.pattern[0], self.pattern[1]]),
-            floats([self.pattern[2], self.pattern[3]]),
-        ];
-        let mut bytes = [0; Self::SIZE];
-        for (place, word) in bytes.chunks_exact_mut(4).zip(words.as_flattened()) {
-            place.copy_from_slice(&word.to_le_bytes());
-        }
-        bytes
+    /// The uniform block's bytes (std140).
+    pub fn as_bytes(&self) -> &[u8] {
+        bytemuck::bytes_of(self)
     }
 }
 

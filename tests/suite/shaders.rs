@@ -130,6 +130,7 @@ mod twins {
         flags: 19,
         reach: 22.0,
         texel: 34.0,
+        gap: [0; 2],
         pattern: [23.0, 24.0, 25.0, 26.0],
     };
 
@@ -162,7 +163,7 @@ mod twins {
             ("texel", float(&[view.texel])),
             ("pattern", float(&view.pattern)),
         ];
-        let bytes = view.to_bytes();
+        let bytes = view.as_bytes();
         for shaders in &MODULES {
             let (module, _) = validate(&wgsl(shaders)).unwrap();
             let (_, ty) =

@@ -113,7 +113,16 @@ let sheet: CSSStyleSheet | undefined;
  * @cssprop --istar-accent - what can be pressed, and progress
  */
 export class IStarViewer extends Base {
-  static readonly observedAttributes = ['src', 'alt', 'loading', 'backend', 'hash', 'rotation', 'flipped', ...BESIDE];
+  static readonly observedAttributes = [
+    'src',
+    'alt',
+    'loading',
+    'backend',
+    'hash',
+    'rotation',
+    'flipped',
+    ...BESIDE,
+  ];
 
   /** Of the class: what viewers of the page say, in its language, by the English text. To be set before they show a picture. */
   static get words(): Words {
@@ -159,7 +168,10 @@ export class IStarViewer extends Base {
       failed: (cause) => this.#fail(cause),
     });
     this.#hash = new Hash(
-      () => (this.#view.fitted && this.#ownTurn.join() === [this.rotation, this.flipped].join() ? '' : this.#view.text),
+      () =>
+        this.#view.fitted && this.#ownTurn.join() === [this.rotation, this.flipped].join()
+          ? ''
+          : this.#view.text,
       (text) => {
         this.place = text;
       },

@@ -78,7 +78,11 @@ interface Piece {
  * Cuts a picture where there is anything to see. A camera's middle cannot leave what it looks at: a piece whose own does is drawn
  * larger.
  */
-function* pieces([width, height]: Pair, place: Place, extent: { width: number; height: number }): Iterable<Piece> {
+function* pieces(
+  [width, height]: Pair,
+  place: Place,
+  extent: { width: number; height: number },
+): Iterable<Piece> {
   for (let y = 0; y < height; y += AT_ONCE) {
     for (let x = 0; x < width; x += AT_ONCE) {
       const own: Pair = [Math.min(AT_ONCE, width - x), Math.min(AT_ONCE, height - y)];

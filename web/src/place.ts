@@ -27,7 +27,9 @@ export function placeText([x, y, moreX, moreY, rotation, flipped]: Centre, scale
 /** What a text of `placeText` says: centre and scale; undefined for any other. */
 export function readPlace(text: string): [centre: Centre, scale: number] | undefined {
   const [all, ...parts] = TEXT.exec(text) ?? [];
-  const [x = 0, moreX = 0, y = 0, moreY = 0, scale = 0, rotation = 0] = parts.map((part) => Number(part ?? 0));
+  const [x = 0, moreX = 0, y = 0, moreY = 0, scale = 0, rotation = 0] = parts.map((part) =>
+    Number(part ?? 0),
+  );
   return all === undefined ? all : [[x, y, moreX, moreY, rotation, parts[6] ? 1 : 0], scale];
 }
 

@@ -30,7 +30,9 @@ export async function tracedView(view: View, options: PictureOptions): Promise<B
     }
   }
   const fineness = Math.min(width / ownWidth, height / ownHeight);
-  const [centre, ownScale]: [Centre, number] = whole ? [[fullWidth / 2, fullHeight / 2, 0, 0, 0, 0], 1] : sight;
+  const [centre, ownScale]: [Centre, number] = whole
+    ? [[fullWidth / 2, fullHeight / 2, 0, 0, 0, 0], 1]
+    : sight;
   const scale = ownScale * fineness;
   const part = Math.min(1, MOST_DRAWN / (whole ? Math.max(fullWidth, fullHeight) : Math.max(width, height)));
   const drawn = whole ? { width: fullWidth, height: fullHeight } : { width, height };

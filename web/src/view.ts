@@ -19,8 +19,6 @@ interface Shown {
   end: () => void;
   renderer: Renderer;
   camera: Camera;
-  /** The camera in as many pixels as are drawn. */
-  eye: Camera;
   /** What the last frame showed, coarser tiles first. */
   drawn: Loaded[];
   /** The last frame showed all of the view. */
@@ -140,8 +138,8 @@ export class View {
 
   #begin(tiles: Tiles, renderer: Renderer, end: () => void): void {
     const { width, height } = tiles.file.archive;
-    const [camera, eye] = [new Camera(width, height), new Camera(width, height)];
-    this.#shown = { tiles, renderer, camera, eye, end, drawn: [], complete: false };
+    const camera = new Camera(width, height);
+    this.#shown = { tiles, renderer, camera, end, drawn: [], complete: false };
     this.#fitted = true;
     this.#first = true;
     // The figure may take another shape for this picture. Its size is told anew, and with that it is drawn.
@@ -174,7 +172,6 @@ export class View {
     for (const twin of this.#twins) twin.clear();
     shown?.end();
     shown?.camera.free();
-    shown?.eye.free();
     this.#context?.clearRect(0, 0, this.canvas.width, this.canvas.height);
   }
 
@@ -383,7 +380,7 @@ export class View {
       this.#painting = 'stale';
       return;
     }
-    const { renderer, camera, eye } = shown;
+    const { renderer, camera } = shown;
     let frame: DrawnFrame;
     let later: Promise<ImageBitmap> | undefined;
     try {
@@ -394,14 +391,14 @@ export class View {
       if (tiles.length === 0) return;
       const step = this.#fineness ? 1 : this.#pace.next();
       const size = { width: Math.ceil(width / step), height: Math.ceil(height / step) };
-      eye.follow(camera, size.width, size.height, camera.scale / step);
       for (const loaded of tiles) {
         const { tile, scene } = loaded;
         if (!scene) continue;
         this.styles.apply(loaded, scene, renderer, this.#ratio / step, shown.tiles);
         renderer.place(scene, tile);
       }
-      later = renderer.draw(eye, !this.#fineness && this.#pace.isQuick, size.width, size.height) ?? undefined;
+      const isQuick = !this.#fineness && this.#pace.isQuick;
+      later = renderer.draw(camera, isQuick, step, size.width, size.height) ?? undefined;
       frame = { shown, size, step, width, height };
       const { unready } = this.styles;
       unready?.then(this.#redraw);

