@@ -26,13 +26,13 @@ export interface Renderer {
    * Draws what was placed since the last frame in so many pixels, each of which stands for `step` of the camera's along each axis. A quick
    * frame may be a little blurred.
    */
-  // biome-ignore lint/suspicious/noConfusingVoidType: what wasm returns.
   draw(
     camera: Camera,
     quick: boolean,
     step: number,
     width: number,
     height: number,
+    // biome-ignore lint/suspicious/noConfusingVoidType: what wasm returns.
   ): Promise<ImageBitmap> | void;
 }
 

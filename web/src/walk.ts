@@ -1,9 +1,11 @@
 // Walks from region to region by keyboard, and says where it is. A module of its own, fetched at the first step: dist/istar-walk.js.
+import { adopt } from './adopt.js';
 import { colorWord } from './colors.js';
 import { make } from './dom.js';
 import type { Host } from './host.js';
 import { type Neighbour, nearestTo, nearestTowards, neighboursOf, spotOf } from './neighbours.js';
 import { inPicture, onScreen, type Point } from './turn.js';
+import css from './walk.css';
 
 /** So many neighbours are told by name. */
 const MOST_TOLD = 8;
@@ -47,6 +49,7 @@ export class Walk {
 
   constructor(host: Host) {
     this.#host = host;
+    adopt(host.root, css);
     this.#spoken.role = 'status';
     host.root.append(this.#spoken);
     host.stage.append(this.#pin);
