@@ -168,8 +168,13 @@ impl Camera {
 
     /// The view's upper left part of `size` pixels as one that is not turned.
     pub(crate) fn turned(&self, size: [u32; 2]) -> Turned {
+        self.turned_part([0; 2], size)
+    }
+
+    /// The same of the part that starts at a pixel.
+    pub(crate) fn turned_part(&self, from: [u32; 2], size: [u32; 2]) -> Turned {
         let size = UVec2::from(size).as_dvec2();
-        let middle = size * 0.5;
+        let middle = UVec2::from(from).as_dvec2() + size * 0.5;
         let upright = Camera {
             viewport: (self.axes.abs() * size).ceil().as_uvec2(),
             center: self.to_source(middle.into()),
@@ -376,7 +381,7 @@ mod tests {
         camera.turn(90.0, true, [100.0; 2]);
         camera.fit();
         assert_eq!(camera.scale(), 0.5);
-        assert_eq!(camera.to_source([75.0, 0.0]).to_f64(), [0.0, 100.0]);
+        assert_eq!(camera.to_source([75.0, 0.0]).to_f64(), [400.0, 100.0]);
         camera.turn(45.0, false, [100.0; 2]);
         camera.fit();
         assert!((camera.scale() - 200.0 / (500.0 * 0.5f64.sqrt())).abs() < 1e-12);

@@ -122,6 +122,7 @@ impl Placement {
     /// What of the scene a camera sees, which is not turned; `None` where it sees nothing of it. Where `fade`,
     /// pixels that the picture covers in part belong to it.
     pub(crate) fn seen(&self, camera: &Camera, fade: bool) -> Option<SceneView> {
+        debug_assert!(!camera.is_turned(), "see `Camera::turned`");
         let (center, scale, viewport) = (camera.center(), camera.scale(), camera.viewport());
         let step = f64::from(1u32 << self.step_log2);
         let mut view = SceneView {

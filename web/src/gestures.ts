@@ -44,8 +44,9 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
   let corner: Finger | undefined;
   /** What is turned about. */
   let hub: Finger | undefined;
-  /** Degrees that a pinch has twisted; once it turns, no number. */
+  /** Degrees that a pinch has twisted, and whether anything turns. */
   let twist = 0;
+  let turning = false;
   let velocity = { x: 0, y: 0, at: 0 };
   let lastTap = { x: 0, y: 0, at: Number.NEGATIVE_INFINITY };
 
@@ -78,7 +79,7 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
       return;
     }
     stage.toggleAttribute('data-dragging', true);
-    if (hub) actions.turn(degreesAbout(hub, finger, now), hub);
+    if (hub) turn(degreesAbout(hub, finger, now), hub);
     else if (fingers.size === 1) drag(finger, now, event.timeStamp);
     else if (fingers.size === 2) pinch(event.pointerId, finger, now);
     fingers.set(event.pointerId, now);
@@ -86,8 +87,8 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
 
   const lift = (event: PointerEvent) => {
     if (!fingers.delete(event.pointerId)) return;
-    if (hub || Number.isNaN(twist)) actions.turned();
-    twist = 0;
+    if (turning) actions.turned();
+    turning = false;
     if (fingers.size > 0) {
       velocity = { x: 0, y: 0, at: event.timeStamp };
       return;
@@ -125,8 +126,12 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
     actions.zoom(after / before, middle.x, middle.y);
     const degrees = degreesAbout(other, from, to);
     twist += degrees;
-    if (Math.abs(twist) > TWIST_DEGREES) twist = Number.NaN;
-    if (Number.isNaN(twist)) actions.turn(degrees, middle);
+    if (turning || Math.abs(twist) > TWIST_DEGREES) turn(degrees, middle);
+  }
+
+  function turn(degrees: number, about: Finger): void {
+    turning = true;
+    actions.turn(degrees, about);
   }
 
   function coast(at: number): void {

@@ -152,6 +152,7 @@ impl<'a> Painter<'a> {
         }
     }
 
+    /// As if it were not turned where only pixels have to be put elsewhere; else pixel by pixel, which takes longer.
     fn draw_turned(
         &self,
         placement: &Placement,
@@ -160,8 +161,24 @@ impl<'a> Painter<'a> {
         antialias: bool,
         pixels: &mut [[u8; 4]],
     ) {
-        let width = camera.viewport()[0] as usize;
-        for (y, row) in (first..).zip(pixels.chunks_exact_mut(width)) {
+        let [width, _] = camera.viewport();
+        let rows = pixels.len() as u32 / width;
+        if camera.rotation() % 90.0 == 0.0 && self.styles.is_none() {
+            let turned = camera.turned_part([0, first], [width, rows]);
+            let Some(view) = placement.seen(&turned.upright, antialias) else { return };
+            let mut upright = vec![[0; 4]; grid::count(view.viewport)];
+            self.draw_scene(placement, &turned.upright, 0, antialias, &mut upright);
+            let places = grid::places([width, rows]);
+            for ([x, y], pixel) in places.zip(pixels) {
+                let at = turned.back([x, first + y].map(|along| f64::from(along) + 0.5));
+                let at = at.map(|along| along as u32);
+                if (0..2).all(|axis| (view.own[0][axis]..view.own[1][axis]).contains(&at[axis])) {
+                    *pixel = upright[grid::index(view.viewport, at)];
+                }
+            }
+            return;
+        }
+        for (y, row) in (first..).zip(pixels.chunks_exact_mut(width as usize)) {
             match &self.styles {
                 Some(styles) => {
                     render_styled_row(&self.image, styles, placement, camera, y, antialias, row);

@@ -59,6 +59,34 @@ fn a_view_is_written_in_its_own_pixels() {
 }
 
 #[test]
+fn a_turned_view_is_written_as_it_is_seen() {
+    let image = encoded(&fixtures::discs(), 8, Kernel::Quadratic);
+    for (degrees, flipped) in [(90.0, false), (30.0, true), (211.7, false)] {
+        let mut camera = Camera::new(image.size, [240, 180]);
+        camera.look_at(Point::new([100.25, 75.5]), 6.0);
+        camera.turn(degrees, flipped, [120.0, 90.0]);
+        let text = svg(&image, &Styles::new(&image), &camera);
+        assert_eq!(attribute(&text, "viewBox"), Some("0 0 240 180"));
+        let quality = psnr(&draw(&text, [240, 180]), &reference(&image, &camera, true));
+        assert!(quality > 38.0, "{degrees} {flipped}: {quality} dB");
+    }
+    // 320 pixels of a hundred steps: what was on the left is above, and the right edge is where x is 0.
+    let (image, styles) = styled();
+    let mut camera = camera(&image, 2.0);
+    camera.turn(90.0, false, [160.0; 2]);
+    let drawing = drawing(&image, &styles, &camera);
+    let eps = String::from_utf8(drawing.write(Format::Eps)).unwrap();
+    assert!(eps.contains("[0 1 -1 0 32000 0] concat\n"), "{}", &eps[..700]);
+    let pdf = drawing.write(Format::Pdf);
+    let find = |what: &[u8]| pdf.windows(what.len()).position(|at| at == what).unwrap();
+    let contents = &pdf[find(b"stream\n") + 7..find(b"\nendstream")];
+    let contents = String::from_utf8(decompress_to_vec_zlib(contents).unwrap()).unwrap();
+    assert!(contents.contains("\n0 1 -1 0 32000 0 cm\n"), "{}", &contents[..200]);
+    // A pattern lies on the page, whose y grows upwards.
+    assert!(String::from_utf8_lossy(&pdf).contains("/Matrix[0 -0."), "the pattern is turned too");
+}
+
+#[test]
 fn neighbours_share_their_boundary_to_the_last_digit() {
     let image = encoded(&fixtures::wheel(), 8, Kernel::Quadratic);
     let text = svg(&image, &Styles::new(&image), &camera(&image, 1.0));
