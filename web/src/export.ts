@@ -90,14 +90,20 @@ function* pieces(
       const way = inPicture(place, middle);
       const [sourceX, sourceY] = [place.x + way.x, place.y + way.y];
       const back = onScreen(place, {
-        x: Math.min(Math.max(sourceX, 0), extent.width) - sourceX,
-        y: Math.min(Math.max(sourceY, 0), extent.height) - sourceY,
+        x: inside(sourceX, extent.width, place.scale) - sourceX,
+        y: inside(sourceY, extent.height, place.scale) - sourceY,
       });
-      // Nothing of the picture is nearer than that.
-      if (Math.hypot(back.x, back.y) > Math.hypot(...own) / 2) continue;
+      // Nothing of the picture is much nearer than that.
+      if (Math.hypot(back.x, back.y) > Math.hypot(...own) / 2 + 4) continue;
       yield { from: [x, y], own, over: [away(back.x), away(back.y)] };
     }
   }
+}
+
+/** The nearest place that is so far inside that whole pixels, in any direction, do not lead out again. */
+function inside(along: number, extent: number, scale: number): number {
+  const rim = Math.min(2 / scale, extent / 2);
+  return Math.min(Math.max(along, rim), extent - rim);
 }
 
 /** Whole pixels, away from zero. */
