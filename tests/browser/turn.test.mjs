@@ -405,16 +405,18 @@ test('files and paper have the view as it is turned', async () => {
       return btoa(bytes.reduce((text, byte) => text + String.fromCharCode(byte), ''));
     }, options);
   const png = async (options) => PNG.sync.read(Buffer.from(await blob(options), 'base64'));
+  // Where the picture fades into nothing, a canvas keeps fewer digits of a colour.
+  const rim = { share: 0.002 };
   for (const flipped of [false, true]) {
     const look = { x: 41.3, y: 33.7, rotation: 30, flipped };
     await show(page, `41.3,33.7,9,30${flipped ? ',flipped' : ''}`);
     const twice = harness.oracle(lands, { ...look, scale: 18 }, { width: 960, height: 720 });
-    harness.assertAlike('turned-toblob', await png({ width: 960 }), twice);
+    harness.assertAlike('turned-toblob', await png({ width: 960 }), twice, rim);
     // In pieces, whose own middles are beside the picture.
     const wide = harness.oracle(lands, { ...look, scale: 9 / 4 }, { width: 4200, height: 90 });
-    harness.assertAlike('turned-toblob-wide', await png({ width: 4200, height: 90 }), wide);
+    harness.assertAlike('turned-toblob-wide', await png({ width: 4200, height: 90 }), wide, rim);
     const high = harness.oracle(lands, { ...look, scale: 9 * (2500 / 360) }, { width: 3333, height: 2500 });
-    harness.assertAlike('turned-toblob-high', await png({ height: 2500 }), high);
+    harness.assertAlike('turned-toblob-high', await png({ height: 2500 }), high, rim);
     const svg = Buffer.from(await blob({ type: 'image/svg+xml' }), 'base64').toString();
     const drawn = await page.evaluate(async (text) => {
       const image = new Image();
@@ -443,6 +445,7 @@ test('files and paper have the view as it is turned', async () => {
     'turned-paper',
     PNG.sync.read(Buffer.from(paper, 'base64')),
     harness.oracle(lands, look, { width: 1500, height: 1125 }),
+    rim,
   );
   assert.deepEqual(uncaught, []);
   await close();

@@ -230,8 +230,9 @@ export class View {
     const [centre, scale] = readPlace(text) ?? [];
     if (!centre || !scale) return;
     const [x, y, moreX, moreY, rotation, flipped] = centre;
-    this.lookAt(x, y, scale, moreX, moreY);
     this.turn(rotation, flipped > 0);
+    // About whatever that was: all else is said here.
+    this.lookAt(x, y, scale, moreX, moreY);
   }
 
   pan(dx: number, dy: number): void {
