@@ -20,17 +20,16 @@ const TEXT = /^(\d+)(\.\d+)?,(\d+)(\.\d+)?,([\d.e-]+)(?:,([\d.e-]+)(,flipped)?)?
 
 /** `x,y,scale`, with every digit and no more: a place is written as src/places.rs does. Turned, `,rotation`; then `,flipped`. */
 export function placeText([x, y, moreX, moreY, rotation, flipped]: Centre, scale: number): string {
-  const turn = rotation || flipped ? [rotation] : [];
-  return [decimal(x, moreX), decimal(y, moreY), scale, ...turn, ...(flipped ? ['flipped'] : [])].join();
+  const text = [decimal(x, moreX), decimal(y, moreY), scale].join();
+  return rotation || flipped ? `${text},${rotation}${flipped ? ',flipped' : ''}` : text;
 }
 
 /** What a text of `placeText` says: centre and scale; undefined for any other. */
 export function readPlace(text: string): [centre: Centre, scale: number] | undefined {
-  const [all, ...parts] = TEXT.exec(text) ?? [];
-  const [x = 0, moreX = 0, y = 0, moreY = 0, scale = 0, rotation = 0] = parts.map((part) =>
-    Number(part ?? 0),
-  );
-  return all === undefined ? all : [[x, y, moreX, moreY, rotation, parts[6] ? 1 : 0], scale];
+  const parts = TEXT.exec(text)?.map((part) => part ?? 0);
+  if (!parts) return undefined;
+  const [, x, moreX, y, moreY, scale, rotation] = parts.map(Number) as [0, ...Centre, number];
+  return [[x, y, moreX, moreY, rotation, parts[7] ? 1 : 0], scale];
 }
 
 function decimal(whole: number, fraction: number): string {
