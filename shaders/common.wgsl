@@ -9,8 +9,15 @@
 // || are branches, of which GLSL has a line for each side.
 
 struct View {
-    // Where the picture ends, in pixels of the viewport: left, top, right, lower.
+    // Where the picture ends, in pixels of the viewport: left, top, right, lower. All but the target is as if the view
+    // were not turned.
     edges: vec4<f32>,
+    // With TURNED: between these are the middles of the scene's own pixels, likewise.
+    middles: vec4<f32>,
+    // From the position built-in to the viewport: what of its axes makes those of the position, and where that is 0.
+    turn: vec4<f32>,
+    // From places of the viewport to the target's, in halves of either's size from the middle: two columns.
+    clip: vec4<f32>,
     // The scene's pixel that holds the middle of the view, and the middle's place in it; from close by 0.
     anchor: vec2<i32>,
     offset: vec2<f32>,
@@ -18,9 +25,9 @@ struct View {
     last: vec2<i32>,
     // The middle of the viewport, in screen pixels.
     middle: vec2<f32>,
-    // (scale, shift) from the position built-in's y to the viewport's, which runs from the top.
-    y_axis: vec2<f32>,
-    // By these, screen pixels become twice the share of the target's width and height.
+    // See turn.
+    shift: vec2<f32>,
+    // By these, screen pixels become twice the share of the viewport's width and height.
     to_clip: vec2<f32>,
     // Patches along each axis, and where the first of them starts: in pixels of the scene from the anchor, from
     // close by (CLOSE) in screen pixels from the middle of the viewport.
@@ -58,6 +65,8 @@ const CLOSE = 4u;
 const OUTLINES = 8u;
 // The scene is drawn in patches.
 const PATCHES = 16u;
+// The view is turned: no scissors cut out the scene's own pixels.
+const TURNED = 32u;
 
 const MAX_CANDIDATES = 16u;
 const MAX_SAMPLES = 16u;

@@ -3,7 +3,7 @@
 // only work out on which side they are. For the rest everything is looked up at every pixel. Each draw has all patches,
 // and those of the other kind have no area. Without PATCHES there is one, of the rest, and it is all of the target.
 
-// Where lines of the grid of patches cross, from -1 to 1 across the target and down.
+// Where lines of the grid of patches cross, from -1 to 1 across the viewport and down.
 fn crossing(at: vec2<u32>) -> vec2<f32> {
     let place = view.start + vec2<f32>(at) * view.patch_width;
     let clip = ((place - view.offset) / view.pixel + view.middle) * view.to_clip - 1.0;
@@ -191,7 +191,7 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
     );
     let scaled = cut * (1.0 / max(limit, SLIGHT * per_cell));
     let about = shifted(start.y, per_cell) * scaled * transpose(shifted(start.x, per_cell));
-    var position = vec4(clip.x, -clip.y, 0.0, 1.0);
+    var position = vec4(view.clip.xy * clip.x + view.clip.zw * clip.y, 0.0, 1.0);
     if is_plain != (vertex < 6u * view.patches.x) {
         position = vec4(0.0);
     }
@@ -200,7 +200,13 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
 
 // The middle of a pixel, in pixels of the viewport.
 fn middle_of(position: vec4<f32>) -> vec2<f32> {
-    return vec2(position.x, position.y * view.y_axis.x + view.y_axis.y);
+    let middle = view.turn.xy * position.x + view.turn.zw * position.y + view.shift;
+    if (view.flags & TURNED) != 0u {
+        if any(middle < view.middles.xy) | any(middle >= view.middles.zw) {
+            discard;
+        }
+    }
+    return middle;
 }
 
 // A pixel's colour for the target, of which only a part may lie in the picture.

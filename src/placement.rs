@@ -40,6 +40,9 @@ pub(crate) struct SceneView {
     pub edges: [f64; 4],
     /// Where the scene's own pixels end, likewise.
     pub rim: [f64; 4],
+    /// The same of [`own`](Self::own): between these is the middle of each of its own pixels, also where the view is
+    /// turned. Where the picture fades they are far away.
+    pub middles: [f64; 4],
 }
 
 /// Further than any screen reaches, and small enough for f32 to count there.
@@ -80,9 +83,15 @@ impl SceneView {
         }
     }
 
-    /// The share of a screen pixel that is inside the picture, along one axis.
-    pub fn inside(&self, axis: usize, pixel: u32) -> f64 {
-        let at = f64::from(pixel);
+    /// Whether a pixel with its middle there is the scene's own.
+    pub fn owns(&self, middle: [f64; 2]) -> bool {
+        let [left, top, right, lower] = self.middles;
+        let [x, y] = middle;
+        x >= left && y >= top && x < right && y < lower
+    }
+
+    /// The share of a screen pixel that is inside the picture, along one axis; it starts there.
+    pub fn inside(&self, axis: usize, at: f64) -> f64 {
         ((at + 1.0).min(self.edges[axis + 2]) - at.max(self.edges[axis])).clamp(0.0, 1.0)
     }
 
@@ -99,6 +108,7 @@ impl SceneView {
             own: self.own.map(|corner| corner.map(|n| n * times)),
             edges: self.edges.map(|edge| edge * factor),
             rim: self.rim.map(|edge| edge * factor),
+            middles: self.middles.map(|edge| edge * factor),
         }
     }
 }
@@ -109,9 +119,10 @@ impl Placement {
         Placement { origin: [0; 2], step_log2: 0, size }
     }
 
-    /// What of the scene a camera sees; `None` where it sees nothing of it. Where `fade`, pixels that
-    /// the picture covers in part belong to it.
+    /// What of the scene a camera sees, which is not turned; `None` where it sees nothing of it. Where `fade`,
+    /// pixels that the picture covers in part belong to it.
     pub(crate) fn seen(&self, camera: &Camera, fade: bool) -> Option<SceneView> {
+        debug_assert!(!camera.is_turned(), "see `Camera::turned`");
         let (center, scale, viewport) = (camera.center(), camera.scale(), camera.viewport());
         let step = f64::from(1u32 << self.step_log2);
         let mut view = SceneView {
@@ -124,6 +135,7 @@ impl Placement {
             own: [[0; 2]; 2],
             edges: [-FAR, -FAR, FAR, FAR],
             rim: [-FAR, -FAR, FAR, FAR],
+            middles: [-FAR, -FAR, FAR, FAR],
         };
         for axis in 0..2 {
             let from = i64::from(self.origin[axis]);
@@ -146,9 +158,13 @@ impl Placement {
             }
             if starts {
                 view.edges[axis] = low.max(-FAR);
+            } else {
+                view.middles[axis] = low;
             }
             if ends {
                 view.edges[axis + 2] = high.min(FAR);
+            } else {
+                view.middles[axis + 2] = high;
             }
             view.last[axis] = (self.size[axis].max(1) - 1) >> self.step_log2;
             let whole = (i64::from(view.last[axis]) + 1) << self.step_log2;

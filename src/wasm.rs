@@ -65,11 +65,19 @@ impl Camera {
         self.0.look_at(Point::new([x, y]).offset([more_x, more_y]), scale);
     }
 
-    /// The source place in the middle of the viewport: x and y in whole pixels, and the fraction of each.
-    #[wasm_bindgen(unchecked_return_type = "[number, number, number, number]")]
+    /// Mirrors the picture or not and turns it by degrees, clockwise from where it was at first, about a place of the
+    /// viewport, in device pixels.
+    pub fn turn(&mut self, degrees: f64, flipped: bool, x: f64, y: f64) {
+        self.0.turn(degrees, flipped, [x, y]);
+    }
+
+    /// The source place in the middle of the viewport, x and y in whole pixels, and the fraction of each; by how many degrees
+    /// the picture is turned, and 1 where it is mirrored.
+    #[wasm_bindgen(unchecked_return_type = "[number, number, number, number, number, number]")]
     pub fn place(&self) -> Vec<f64> {
         let Point { whole: [x, y], frac } = self.0.center();
-        vec![x as f64, y as f64, frac[0], frac[1]]
+        let flipped = f64::from(u8::from(self.0.is_flipped()));
+        vec![x as f64, y as f64, frac[0], frac[1], self.0.rotation(), flipped]
     }
 
     /// Device pixels per source pixel.
@@ -165,11 +173,20 @@ impl Renderer {
         self.frame.borrow_mut().push((scene.0.clone(), tile.placement));
     }
 
-    /// Draws what was placed since the last frame in the camera's viewport, and makes the canvas as
-    /// large. A quick frame may be a little blurred from far away. Throws an `Error` whose name is `gpu` where the device was lost.
-    pub fn draw(&self, camera: &Camera, quick: bool) -> Result<(), JsValue> {
+    /// Draws what was placed since the last frame as the camera shows it, in so many pixels, each of which stands for `step` of the
+    /// camera's along each axis, and makes the canvas as large. A quick frame may be a little blurred from far away. Throws an `Error`
+    /// whose name is `gpu` where the device was lost.
+    pub fn draw(
+        &self,
+        camera: &Camera,
+        quick: bool,
+        step: f64,
+        width: u32,
+        height: u32,
+    ) -> Result<(), JsValue> {
         let frame = self.frame.take();
-        self.renderer.draw(&frame, &camera.0, quick).map_err(thrown)
+        let camera = camera.0.coarser([width, height], step);
+        self.renderer.draw(&frame, &camera, quick).map_err(thrown)
     }
 }
 

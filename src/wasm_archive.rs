@@ -70,9 +70,8 @@ impl Archive {
         let camera = &camera.0;
         let level = self.0.layout().level_at(camera.scale());
         let step = f64::from(1u32 << (level * LEVEL_STEP_LOG2));
-        let corner = |along: [f64; 2]| camera.to_source(along).to_f64().map(|x| x / step);
-        let end = corner(camera.viewport().map(f64::from));
-        let tiles = self.0.layout().tiles_within(level, corner([0.0; 2]), end);
+        let [from, to] = camera.seen().map(|corner| corner.map(|along| along / step));
+        let tiles = self.0.layout().tiles_within(level, from, to);
         tiles.iter().flat_map(|tile| [tile.level.into(), tile.at[0], tile.at[1]]).collect()
     }
 
@@ -158,8 +157,9 @@ impl Tile {
             .chunks_exact(2)
             .map(|at| self.own(camera.0.to_source([at[0], at[1]])))
             .collect();
-        let own = raster::regions_within(&self.model, &corners);
-        own.into_iter().filter_map(|region| self.regions.get(region as usize).copied()).collect()
+        let mut found = raster::regions_within(&self.model, &corners);
+        found.iter_mut().for_each(|region| *region = self.regions[*region as usize]);
+        found
     }
 
     /// The numbers of its regions in the whole picture, in ascending order, then their colours, red in the

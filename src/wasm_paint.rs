@@ -60,14 +60,17 @@ pub struct Frame {
     viewport: [u32; 2],
     center: Point<2>,
     scale: f64,
+    turn: (f64, bool),
     pixels: Vec<[u8; 4]>,
 }
 
 #[wasm_bindgen]
 impl Frame {
     /// Of so many pixels, transparent, with a place of the picture in the middle: x and y in whole source
-    /// pixels, and the fraction of each. Throws an `Error` whose name is `limit`.
+    /// pixels, and the fraction of each. Turned by degrees, and mirrored where `flipped` is not 0. Throws an `Error` whose name
+    /// is `limit`.
     #[wasm_bindgen(constructor)]
+    #[allow(clippy::too_many_arguments, reason = "a place of all its digits takes four")]
     pub fn new(
         width: u32,
         height: u32,
@@ -76,17 +79,22 @@ impl Frame {
         y: f64,
         #[wasm_bindgen(js_name = moreX)] more_x: f64,
         #[wasm_bindgen(js_name = moreY)] more_y: f64,
+        rotation: f64,
+        flipped: f64,
     ) -> std::result::Result<Frame, JsValue> {
         let viewport = [width, height];
         Limits::default().check_size(viewport).map_err(thrown)?;
         let center = Point::new([x, y]).offset([more_x, more_y]);
-        Ok(Frame { viewport, center, scale, pixels: vec![[0; 4]; grid::count(viewport)] })
+        let turn = (rotation, flipped != 0.0);
+        Ok(Frame { viewport, center, scale, turn, pixels: vec![[0; 4]; grid::count(viewport)] })
     }
 
     /// Paints a tile over what is there.
     pub fn paint(&mut self, tile: &PaintedTile) {
         let mut camera = Camera::new(tile.picture, self.viewport);
         camera.look_at(self.center, self.scale);
+        let (rotation, flipped) = self.turn;
+        camera.turn(rotation, flipped, self.viewport.map(|n| 0.5 * f64::from(n)));
         tile.painter.draw_scene(&tile.placement, &camera, 0, true, &mut self.pixels);
     }
 

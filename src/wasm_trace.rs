@@ -70,8 +70,8 @@ impl TracedPicture {
     }
 
     /// What a camera of so many pixels shows, in the format of that type, e.g. `image/svg+xml`. The place in the middle is x
-    /// and y in whole source pixels, and the fraction of each; the scale is pixels per source pixel. Takes
-    /// the tiles: once only. Throws as `open`.
+    /// and y in whole source pixels, and the fraction of each; the scale is pixels per source pixel. Turned by degrees, and
+    /// mirrored where `flipped` is not 0. Takes the tiles: once only. Throws as `open`.
     #[allow(clippy::too_many_arguments, reason = "a place of all its digits takes four")]
     pub fn write(
         &mut self,
@@ -83,9 +83,12 @@ impl TracedPicture {
         y: f64,
         #[wasm_bindgen(js_name = moreX)] more_x: f64,
         #[wasm_bindgen(js_name = moreY)] more_y: f64,
+        rotation: f64,
+        flipped: f64,
     ) -> std::result::Result<Vec<u8>, JsValue> {
         let center = Point::new([x, y]).offset([more_x, more_y]);
-        self.drawn(kind, [width, height], center, scale).map_err(thrown)
+        let turn = (rotation, flipped != 0.0);
+        self.drawn(kind, [width, height], center, scale, turn).map_err(thrown)
     }
 }
 
@@ -108,6 +111,7 @@ impl TracedPicture {
         viewport: [u32; 2],
         mut center: Point<2>,
         scale: f64,
+        (rotation, flipped): (f64, bool),
     ) -> Result<Vec<u8>> {
         let format = Format::NAMES.into_iter().find(|(.., name)| *name == kind);
         let Some((format, ..)) = format else {
@@ -135,6 +139,7 @@ impl TracedPicture {
         (0..2).for_each(|axis| center.whole[axis] -= i64::from(corner[axis]));
         let mut camera = Camera::new(image.size, viewport);
         camera.look_at(center, scale * step);
+        camera.turn(rotation, flipped, viewport.map(|n| 0.5 * f64::from(n)));
         let mut styles = Styles::new(&image);
         for (own, number) in (0..).zip(&numbers) {
             if let Some(words) = self.styles.get(number) {

@@ -4,10 +4,11 @@
 use super::close::Close;
 use super::far::{self, Far, Use};
 use super::patches::Patches;
-use crate::camera::Camera;
+use crate::camera::{Camera, Turned};
 use crate::model::Image;
 use crate::placement::{MAX_SAMPLES, Placement, SceneView};
 use crate::style::Reach;
+use glam::{DVec2, UVec2};
 
 /// Where a back end's fragment positions have their origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,13 +79,13 @@ impl Layer {
         (antialias, styles): (bool, Reach),
         far: Option<&Far>,
     ) -> Option<Self> {
-        let view = placement.seen(camera, antialias)?;
-        let [from, to] = view.own;
-        let to = [to[0].min(size[0]), to[1].min(size[1])];
-        if from[0] >= to[0] || from[1] >= to[1] {
-            return None;
+        let turned = camera.turned(size);
+        let view = placement.seen(&turned.upright, antialias)?;
+        let own = if camera.is_turned() { around(&turned, view.own)? } else { view.own };
+        let mut uniforms = ViewUniforms::new(&view, &turned, image.block_log2, target, antialias);
+        if camera.is_turned() {
+            uniforms.flags |= ViewUniforms::TURNED;
         }
-        let mut uniforms = ViewUniforms::new(&view, image.block_log2, target, antialias);
         let reach = styles.at(view.source);
         uniforms.reach = reach as f32;
         if uniforms.reach > 0.0 {
@@ -109,7 +110,6 @@ impl Layer {
         let patches = patches.unwrap_or(Patches::ONE);
         (uniforms.patches, uniforms.start) = (patches.count, patches.start);
         uniforms.patch_width = patches.width;
-        uniforms.to_clip = size.map(|n| 2.0 / n as f32);
         // Patterns are the screen's, not the scene's. And what is streamed has levels of its own: those of many tiles
         // would take memory for little.
         let is_whole = (placement.origin, placement.size) == ([0; 2], camera.picture());
@@ -124,7 +124,7 @@ impl Layer {
             Some((level, Use::Draw)) => (Some(level), Vec::new()),
         };
         let is_styled = styles.patterns || uniforms.reach > 0.0;
-        Some(Layer { uniforms, close, far, first, is_styled, patches, own: [from, to] })
+        Some(Layer { uniforms, close, far, first, is_styled, patches, own })
     }
 
     /// What makes the levels of a scene's colours, each in a target of its own: the first of the scene, and each
@@ -140,7 +140,9 @@ impl Layer {
                 last: image.size.map(|n| n as i32 - 1),
                 middle: [0.0; 2],
                 // Of textures the first row is the upper one with every back end.
-                y_axis: [1.0, 0.0],
+                turn: [1.0, 0.0, 0.0, 1.0],
+                shift: [0.0; 2],
+                clip: [1.0, 0.0, 0.0, -1.0],
                 pixel: width,
                 sub_pixel: width / samples as f32,
                 samples,
@@ -166,7 +168,7 @@ impl Layer {
     pub fn all_uniforms<'a>(layers: impl Iterator<Item = &'a Layer>) -> Vec<u8> {
         let mut bytes = Vec::new();
         for layer in layers.flat_map(|layer| layer.first.iter().chain([layer])) {
-            bytes.extend(layer.uniforms.to_bytes());
+            bytes.extend_from_slice(layer.uniforms.as_bytes());
             bytes.resize(bytes.len().next_multiple_of(UNIFORM_STEP as usize), 0);
         }
         bytes
@@ -187,12 +189,32 @@ impl Layer {
     }
 }
 
+/// The pixels that may show any of those of the upright viewport, from and to (not included); nothing where there are
+/// none.
+fn around(turned: &Turned, pixels: [[u32; 2]; 2]) -> Option<[[u32; 2]; 2]> {
+    let [from, to] = pixels.map(|corner| UVec2::from(corner).as_dvec2());
+    let middle = DVec2::from(turned.forth((0.5 * (from + to)).into()));
+    // Those that are not upright may lie half outside.
+    let reach = turned.axes.abs() * (0.5 * (to - from)) + 1.0;
+    let from = (middle - reach).floor().as_uvec2();
+    let to = (middle + reach).ceil().min(2.0 * turned.middle).as_uvec2();
+    from.cmplt(to).all().then_some([from.into(), to.into()])
+}
+
 /// The uniform block. Places are relative to a pixel of the scene near the middle of the view, so that
 /// f32 suffices; from closer by, where it does not, [`Close`] has the cuts by screen pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct ViewUniforms {
     /// Where the picture ends, in pixels of the viewport: left, top, right, lower.
     pub edges: [f32; 4],
+    /// With [`TURNED`](Self::TURNED): between these are the middles of the scene's own pixels, likewise.
+    pub middles: [f32; 4],
+    /// What of the viewport's axes makes those of the fragment's position: two columns. Everywhere else the viewport is
+    /// that of the view as if it were not turned.
+    pub turn: [f32; 4],
+    /// The same the other way, in shares of half of either's width and height from the middle, upwards in the target.
+    pub clip: [f32; 4],
     /// The scene's pixel that holds the middle of the view.
     pub anchor: [i32; 2],
     /// The middle's place in it, each in `[0, 1]`; with [`CLOSE`](Self::CLOSE) 0.
@@ -201,9 +223,9 @@ pub struct ViewUniforms {
     pub last: [i32; 2],
     /// The middle of the viewport in screen pixels.
     pub middle: [f32; 2],
-    /// (scale, shift) that take the fragment's y to the viewport's, which runs from the top.
-    pub y_axis: [f32; 2],
-    /// By these, screen pixels become twice the share of the target's width and height.
+    /// Where the fragment's position is 0, in pixels of the viewport, which run from the top.
+    pub shift: [f32; 2],
+    /// By these, screen pixels become twice the share of the viewport's width and height.
     pub to_clip: [f32; 2],
     /// The patches that the scene is drawn in, along each axis.
     pub patches: [u32; 2],
@@ -228,6 +250,8 @@ pub struct ViewUniforms {
     pub reach: f32,
     /// From far away: the width of the colours' texels, in pixels of the scene.
     pub texel: f32,
+    /// Nothing: what follows is aligned.
+    pub gap: [u32; 2],
     /// The middle of the viewport in a pattern's pixels, how many of these a screen pixel is, and
     /// screen pixels per source pixel.
     pub pattern: [f32; 4],
@@ -235,7 +259,7 @@ pub struct ViewUniforms {
 
 impl ViewUniforms {
     /// Bytes of the uniform block.
-    pub const SIZE: usize = 144;
+    pub const SIZE: usize = size_of::<Self>();
     /// In `flags`: blend across boundaries.
     pub const ANTIALIAS: u32 = 1;
     /// In `flags`: give straight colours.
@@ -246,9 +270,17 @@ impl ViewUniforms {
     pub const OUTLINES: u32 = 8;
     /// In `flags`: the scene is drawn in patches.
     pub const PATCHES: u32 = 16;
+    /// In `flags`: the view is turned, so that no scissors cut out the scene's own pixels.
+    pub const TURNED: u32 = 32;
 
     /// A view of a scene, drawn into `target`.
-    pub(crate) fn new(view: &SceneView, block_log2: u8, target: Target, antialias: bool) -> Self {
+    pub(crate) fn new(
+        view: &SceneView,
+        turned: &Turned,
+        block_log2: u8,
+        target: Target,
+        antialias: bool,
+    ) -> Self {
         let samples = if antialias { view.samples() } else { 1 };
         let pixel = 1.0 / view.scale;
         let mut flags = 0;
@@ -259,18 +291,27 @@ impl ViewUniforms {
             flags |= Self::STRAIGHT;
         }
         let [x, y, step] = view.pattern;
+        // From the fragment's y to that of the target's rows from the top.
+        let (up, row) = match target.origin {
+            Origin::TopLeft => (1.0, 0.0),
+            Origin::BottomLeft => (-1.0, f64::from(target.height)),
+        };
+        let [right, down] = [turned.axes.row(0), turned.axes.row(1) * up];
+        let half = DVec2::new(1.0, -1.0) / turned.middle;
+        let clip = [0, 1]
+            .map(|axis| turned.axes.col(axis) * half * (0.5 * f64::from(view.viewport[axis])));
         ViewUniforms {
             edges: view.edges.map(|edge| edge as f32),
+            middles: view.middles.map(|edge| edge as f32),
+            turn: [right.x, right.y, down.x, down.y].map(|n| n as f32),
+            clip: [clip[0].x, clip[0].y, clip[1].x, clip[1].y].map(|n| n as f32),
             // `Camera` keeps the middle within the picture, whose sides are far below 2³¹ (`Packed`).
             anchor: view.center.whole.map(|whole| whole as i32),
             offset: view.center.frac.map(|frac| frac as f32),
             last: view.last.map(|n| n as i32),
             middle: view.viewport.map(|n| 0.5 * n as f32),
-            y_axis: match target.origin {
-                Origin::TopLeft => [1.0, 0.0],
-                Origin::BottomLeft => [-1.0, target.height as f32],
-            },
-            to_clip: [0.0; 2],
+            shift: turned.back([0.0, row]).map(|n| n as f32),
+            to_clip: view.viewport.map(|n| 2.0 / n as f32),
             patches: [1; 2],
             start: [0.0; 2],
             split: [0.0; 2],
@@ -282,40 +323,14 @@ impl ViewUniforms {
             flags,
             reach: 0.0,
             texel: 1.0,
+            gap: [0; 2],
             pattern: [x, y, step, view.source].map(|n| n as f32),
         }
     }
 
-    /// The uniform block's bytes (std140, little endian).
-    pub fn to_bytes(&self) -> [u8; Self::SIZE] {
-        let floats = |[x, y]: [f32; 2]| [x.to_bits(), y.to_bits()];
-        let ints = |[x, y]: [i32; 2]| [x as u32, y as u32];
-        let words = [
-            floats([self.edges[0], self.edges[1]]),
-            floats([self.edges[2], self.edges[3]]),
-            ints(self.anchor),
-            floats(self.offset),
-            ints(self.last),
-            floats(self.middle),
-            floats(self.y_axis),
-            floats(self.to_clip),
-            self.patches,
-            floats(self.start),
-            floats(self.split),
-            floats([self.pixel, self.sub_pixel]),
-            [self.samples, self.block_log2],
-            [self.patch_width.to_bits(), self.flags],
-            // What follows is aligned.
-            floats([self.reach, self.texel]),
-            [0; 2],
-            floats([self.pattern[0], self.pattern[1]]),
-            floats([self.pattern[2], self.pattern[3]]),
-        ];
-        let mut bytes = [0; Self::SIZE];
-        for (place, word) in bytes.chunks_exact_mut(4).zip(words.as_flattened()) {
-            place.copy_from_slice(&word.to_le_bytes());
-        }
-        bytes
+    /// The uniform block's bytes (std140).
+    pub fn as_bytes(&self) -> &[u8] {
+        bytemuck::bytes_of(self)
     }
 }
 
@@ -327,8 +342,9 @@ mod tests {
     const SIZE: [u32; 2] = [4000, 3000];
 
     fn uniforms(camera: &Camera, target: Target, antialias: bool) -> ViewUniforms {
-        let view = Placement::whole(SIZE).seen(camera, antialias).unwrap();
-        ViewUniforms::new(&view, 6, target, antialias)
+        let turned = camera.turned([camera.viewport()[0], target.height]);
+        let view = Placement::whole(SIZE).seen(&turned.upright, antialias).unwrap();
+        ViewUniforms::new(&view, &turned, 6, target, antialias)
     }
 
     #[test]
@@ -349,8 +365,26 @@ mod tests {
         let camera = Camera::new(SIZE, [800, 600]);
         let target =
             Target { height: 500, origin: Origin::BottomLeft, alpha: Alpha::Premultiplied };
-        let [scale, shift] = uniforms(&camera, target, false).y_axis;
-        assert_eq!(499.5 * scale + shift, 0.5);
+        let view = uniforms(&camera, target, false);
+        assert_eq!(view.turn, [1.0, 0.0, 0.0, -1.0]);
+        assert_eq!(view.shift, [0.0, 500.0]);
+        assert_eq!(view.clip, [1.0, 0.0, 0.0, -1.0]);
+    }
+
+    #[test]
+    fn a_turned_view_takes_positions_back_and_corners_forth() {
+        let mut camera = Camera::new(SIZE, [800, 600]);
+        camera.turn(90.0, true, [400.0, 300.0]);
+        for (origin, y) in [(Origin::TopLeft, 0.5), (Origin::BottomLeft, 599.5)] {
+            let target = Target { height: 600, origin, alpha: Alpha::Premultiplied };
+            let view = uniforms(&camera, target, true);
+            // Mirrored and then turned, the picture's right is on top, and its top on the right.
+            let at =
+                |x: f32| [0, 1].map(|i| view.turn[i] * x + view.turn[2 + i] * y + view.shift[i]);
+            assert_eq!([at(0.5), at(799.5)], [[599.5, 799.5], [599.5, 0.5]]);
+            // From the upper right of what it would be upright.
+            assert_eq!([0, 1].map(|i| view.clip[i] - view.clip[2 + i]), [1.0, 1.0]);
+        }
     }
 
     #[test]

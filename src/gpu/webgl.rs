@@ -178,8 +178,8 @@ impl WebGl {
             gl.active_texture(unit);
             self.write(table.format, [0, 0], table.size, &bytes)?;
         }
-        let bytes = layer.uniforms.to_bytes();
-        gl.buffer_data_with_u8_array(Gl::UNIFORM_BUFFER, &bytes, Gl::STREAM_DRAW);
+        let bytes = layer.uniforms.as_bytes();
+        gl.buffer_data_with_u8_array(Gl::UNIFORM_BUFFER, bytes, Gl::STREAM_DRAW);
         for (draw, of) in layer.draws() {
             gl.use_program(Some(self.program(draw)?));
             let [first, vertices, instances] = of.map(|n| n as i32);

@@ -137,17 +137,24 @@ fn draw_row(
     antialias: bool,
     row: &mut [[u8; 4]],
 ) {
-    let Some(view) = placement.seen(camera, antialias) else { return };
+    let turned = camera.turned(camera.viewport());
+    let Some(view) = placement.seen(&turned.upright, antialias) else { return };
     let [from, to] = view.own;
-    if !(from[1]..to[1]).contains(&y) {
-        return;
-    }
+    let columns = match camera.is_turned() {
+        true => 0..camera.viewport()[0],
+        false if (from[1]..to[1]).contains(&y) => from[0]..to[0],
+        false => return,
+    };
     let samples = if antialias { view.samples() } else { 1 };
     let styled = Styled { model, styles, view: &view, samples: f64::from(samples), antialias };
-    for x in from[0]..to[0] {
+    for x in columns {
+        let middle = turned.back([x, y].map(|along| f64::from(along) + 0.5));
+        if camera.is_turned() && !view.owns(middle) {
+            continue;
+        }
+        let at = middle.map(|along| along - 0.5);
         let mut sum = [0.0; 4];
         for sample in 0..samples * samples {
-            let at = [x, y].map(f64::from);
             let within = [sample % samples, sample / samples].map(f64::from);
             let screen: [f64; 2] =
                 std::array::from_fn(|a| at[a] + (within[a] + 0.5) / f64::from(samples));
@@ -156,7 +163,7 @@ fn draw_row(
                 sum[channel] += color[channel];
             }
         }
-        let weight = view.inside(0, x) * view.inside(1, y);
+        let weight = view.inside(0, at[0]) * view.inside(1, at[1]);
         row[x as usize] = straight(sum.map(|s| weight * s / f64::from(samples * samples)));
     }
 }

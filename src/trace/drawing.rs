@@ -37,7 +37,10 @@ impl Format {
 /// What a camera shows of a picture, as lines and areas. Its unit is a pixel of the camera.
 pub struct Drawing {
     /// The camera's viewport.
+    pub(super) page: [f64; 2],
+    /// What is drawn, and how that lies on the page: x is a·x + c·y + e there, and y is b·x + d·y + f. Without it is all of it.
     pub(super) size: [f64; 2],
+    pub(super) turn: Option<[f64; 6]>,
     pub(super) traced: Traced,
     pub(super) steps: Steps,
     /// Fills in their order.
@@ -139,6 +142,14 @@ impl Drawing {
                 styles.words().len()
             )));
         }
+        let page = camera.viewport().map(f64::from);
+        let turned = camera.turned(camera.viewport());
+        let turn = camera.is_turned().then(|| {
+            let [a, b, c, d] = turned.axes.to_cols_array();
+            let [e, f] = turned.forth([0.0; 2]);
+            [a, b, c, d, e, f]
+        });
+        let camera = &turned.upright;
         let scale = camera.scale();
         let size = camera.viewport().map(f64::from);
         let first = camera.to_source([0.0; 2]);
@@ -148,7 +159,9 @@ impl Drawing {
         let before = first.to_f64().map(|along| (-along).max(0.0) * scale);
         let steps = Steps::new(size, before);
         let mut drawing = Drawing {
+            page,
             size,
+            turn,
             steps,
             layers: Vec::new(),
             regions: Vec::new(),

@@ -3,13 +3,15 @@
 use super::drawing::Drawing;
 use super::motif::Motif;
 use super::pen::{Steps, number};
-use super::postfix::{POINTS, PostfixPen, arcs, channels, clip, rings, width_beneath};
+use super::postfix::{
+    POINTS, PostfixPen, arcs, channels, clip, rings, turn_in_steps, width_beneath,
+};
 use crate::style::read;
 use std::fmt::Write;
 
 pub(super) fn write(drawing: &Drawing) -> Vec<u8> {
     let mut out = String::new();
-    let size = drawing.size.map(|along| along * POINTS);
+    let size = drawing.page.map(|along| along * POINTS);
     let [width, height] = size.map(|along| number(along, 3));
     let [right, top] = size.map(|along| along.ceil());
     let _ = write!(
@@ -22,6 +24,9 @@ pub(super) fn write(drawing: &Drawing) -> Vec<u8> {
          0 {height} translate {step} -{step} scale 1 setlinejoin\n",
         step = number(POINTS / drawing.steps.a_unit(), 8),
     );
+    if let Some(turn) = turn_in_steps(drawing) {
+        let _ = writeln!(out, "[{turn}] concat");
+    }
     let beneath_width = drawing.steps.of(width_beneath(drawing.size));
     let _ = writeln!(out, "{beneath_width} setlinewidth");
     for (layer, beneath) in drawing.layers.iter().zip(drawing.beneath()).rev() {

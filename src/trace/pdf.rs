@@ -3,7 +3,9 @@
 use super::drawing::Drawing;
 use super::motif::Motif;
 use super::pen::{Steps, number};
-use super::postfix::{POINTS, PostfixPen, arcs, channels, clip, rings, width_beneath};
+use super::postfix::{
+    POINTS, PostfixPen, arcs, channels, clip, rings, turn_in_steps, width_beneath,
+};
 use crate::style::read;
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use std::collections::BTreeSet;
@@ -21,8 +23,8 @@ const CONTENTS: usize = 4;
 const FIRST_PATTERN: usize = 5;
 
 pub(super) fn write(drawing: &Drawing) -> Vec<u8> {
-    let points = POINTS.min(MOST_POINTS / drawing.size[0].max(drawing.size[1]));
-    let [width, height] = drawing.size.map(|along| number(along * points, 3));
+    let points = POINTS.min(MOST_POINTS / drawing.page[0].max(drawing.page[1]));
+    let [width, height] = drawing.page.map(|along| number(along * points, 3));
     let mut opacities = BTreeSet::new();
     let contents = contents(drawing, points, &mut opacities);
     let patterns = patterns(drawing, points);
@@ -55,10 +57,13 @@ pub(super) fn write(drawing: &Drawing) -> Vec<u8> {
 fn contents(drawing: &Drawing, points: f64, opacities: &mut BTreeSet<u8>) -> String {
     let mut out = String::new();
     let step = points / drawing.steps.a_unit();
-    let [width, height] = drawing.size.map(|along| number(along * points, 3));
+    let [width, height] = drawing.page.map(|along| number(along * points, 3));
     let _ = writeln!(out, "0 0 {width} {height} re W n");
     // y grows downwards.
     let _ = writeln!(out, "{0} 0 0 -{0} 0 {height} cm\n1 j", number(step, 8));
+    if let Some(turn) = turn_in_steps(drawing) {
+        let _ = writeln!(out, "{turn} cm");
+    }
     let _ = writeln!(out, "{} w", drawing.steps.of(width_beneath(drawing.size)));
     let mut opacity = Opacity { now: 255, seen: opacities };
     for (layer, beneath) in drawing.layers.iter().zip(drawing.beneath()).rev() {
@@ -139,12 +144,16 @@ fn patterns(drawing: &Drawing, points: f64) -> Vec<(usize, String, String)> {
         let [x, y] = [(x, drawing.size[0]), (y, drawing.size[1])]
             .map(|(at, size)| 0.5 * size + (motif.from - at) / step);
         let steps = Steps::new([motif.side; 2], [0.0; 2]);
-        let scale = number(points / step / steps.a_unit(), 8);
-        let [x, y] = [x * points, (drawing.size[1] - y) * points].map(|along| number(along, 4));
+        let scale = points / step / steps.a_unit();
+        // It lies on the page, whatever is turned there.
+        let [a, b, c, d, e, f] = drawing.turn.unwrap_or([1.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+        let axes = [a, -b, c, -d].map(|along| number(along * scale, 8)).join(" ");
+        let [x, y] = [a * x + c * y + e, drawing.page[1] - (b * x + d * y + f)]
+            .map(|along| number(along * points, 4));
         let side = steps.of(motif.side);
         let words = format!(
             "/Type/Pattern/PatternType 1/PaintType 1/TilingType 1/BBox[0 0 {side} {side}]/XStep {side}/YStep {side}\
-             /Resources<<>>/Matrix[{scale} 0 0 -{scale} {x} {y}]"
+             /Resources<<>>/Matrix[{axes} {x} {y}]"
         );
         let [r, g, b, _] = layer.words[3].to_le_bytes();
         let mut drawn = format!("{} rg\n", channels([r, g, b]));

@@ -71,3 +71,10 @@ pub(super) fn clip(drawing: &Drawing, clip: &Clip, out: &mut String) -> bool {
 pub(super) fn channels(rgb: [u8; 3]) -> String {
     rgb.map(|byte| number(f64::from(byte) / 255.0, 4)).join(" ")
 }
+
+/// How what is drawn lies on the page, in steps, where it is turned.
+pub(super) fn turn_in_steps(drawing: &Drawing) -> Option<String> {
+    let [a, b, c, d, e, f] = drawing.turn?;
+    let [e, f] = [e, f].map(|along| along * drawing.steps.a_unit());
+    Some([a, b, c, d, e, f].map(|n| number(n, 8)).join(" "))
+}

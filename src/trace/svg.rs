@@ -12,7 +12,7 @@ const BENEATH: f64 = 2.0;
 
 pub(super) fn write(drawing: &Drawing) -> Vec<u8> {
     let mut out = String::new();
-    let [width, height] = drawing.size.map(|along| number(along, 3));
+    let [width, height] = drawing.page.map(|along| number(along, 3));
     let _ = writeln!(
         out,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
@@ -20,6 +20,9 @@ pub(super) fn write(drawing: &Drawing) -> Vec<u8> {
     );
     let strokes = drawing.outlines();
     definitions(drawing, &strokes.iter().map(|stroke| &stroke.clip).collect::<Vec<_>>(), &mut out);
+    if let Some(turn) = drawing.turn {
+        let _ = writeln!(out, "<g transform=\"matrix({})\">", turn.map(|n| number(n, 8)).join(" "));
+    }
     let is_shared = beneath(drawing, &mut out);
     out += "<g id=\"regions\" fill-rule=\"evenodd\">\n";
     for (at, layer) in drawing.layers.iter().enumerate() {
@@ -42,6 +45,9 @@ pub(super) fn write(drawing: &Drawing) -> Vec<u8> {
         let _ = writeln!(out, " d=\"{path}\"/>");
     }
     if !strokes.is_empty() {
+        out += "</g>\n";
+    }
+    if drawing.turn.is_some() {
         out += "</g>\n";
     }
     out += "</svg>\n";

@@ -215,7 +215,7 @@ test('a picture of the view is of any size, sharp and whole', async () => {
     await assert.rejects(blob(wrong), /cannot be made: each side has 1 to 16384/);
   }
   // The view is as it was.
-  assert.deepEqual(await harness.place(page), { ...look, scale: 9 });
+  assert.deepEqual(await harness.place(page), { ...look, scale: 9, rotation: 0, flipped: false });
 });
 
 test('what knows no transparency is white beside the picture', async () => {

@@ -112,7 +112,7 @@ test('a drag is followed to its end, however many frames it takes', async () => 
   for (let i = 1; i <= 40; i++) await page.mouse.move(100 + 5 * i, 150 + 2 * i);
   await page.mouse.up();
   const place = await harness.place(page);
-  assert.deepEqual(place, { x: 2900, y: 1360, scale: 2 });
+  assert.deepEqual(place, { x: 2900, y: 1360, scale: 2, rotation: 0, flipped: false });
   alike(
     await harness.shot(page),
     harness.oracle(at('dist', 'gallery', 'map.istar'), place, SIZE),

@@ -201,11 +201,12 @@ export async function shot(page) {
 }
 
 /** The same view drawn by the CPU in f64, with styles if there are any. */
-export function oracle(file, { x, y, scale }, { width, height }, styles) {
+export function oracle(file, { x, y, scale, rotation = 0, flipped = false }, { width, height }, styles) {
   const folder = mkdtempSync(join(tmpdir(), 'istar-'));
   try {
     const png = join(folder, 'oracle.png');
     const view = ['--center', `${x},${y}`, '--scale', String(scale), '--size', `${width}x${height}`];
+    view.push('--rotate', String(rotation), ...(flipped ? ['--flip'] : []));
     if (styles) {
       writeFileSync(join(folder, 'styles.json'), JSON.stringify(styles));
       view.push('--style', join(folder, 'styles.json'));

@@ -71,7 +71,17 @@ test('a place is what it was set to, digit by digit', async () => {
     assert.deepEqual(await places(page), [place]);
   }
   const before = await places(page);
-  for (const nonsense of ['', '1,2', '1,2,3,4', 'a,b,c', '-1,2,3', '1.,2,3', '1e3,2,3', '1,2,nonsense']) {
+  for (const nonsense of [
+    '',
+    '1,2',
+    '1,2,3,4,5',
+    '1,2,3,,flipped',
+    'a,b,c',
+    '-1,2,3',
+    '1.,2,3',
+    '1e3,2,3',
+    '1,2,nonsense',
+  ]) {
     await show(page, nonsense);
     assert.deepEqual(await places(page), before, nonsense);
   }

@@ -5,6 +5,7 @@ mod material;
 mod moving;
 mod scenes;
 mod styles;
+mod turned;
 
 use crate::views::{VIEWPORT, differing, reference, views};
 use crate::{failures, fixtures};

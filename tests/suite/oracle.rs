@@ -19,15 +19,16 @@ const FAINT: f64 = 2.0;
 const AROUND: usize = 2;
 
 /// What a pixel should show, premultiplied.
-struct Oracle {
+pub struct Oracle {
     mean: [f64; 4],
     /// The greatest difference of a channel among the samples of the pixel and those around.
     contrast: f64,
     regions: usize,
 }
 
-fn supersampled(image: &Image, camera: &Camera) -> Vec<Oracle> {
-    let [width, height] = VIEWPORT;
+/// What each pixel should show: the mean of many places, which the camera alone puts into the picture.
+pub fn supersampled(image: &Image, camera: &Camera) -> Vec<Oracle> {
+    let [width, height] = camera.viewport();
     let mut found = Vec::new();
     let mut ranges = Vec::new();
     for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
@@ -51,7 +52,7 @@ fn supersampled(image: &Image, camera: &Camera) -> Vec<Oracle> {
         found.push(Oracle { mean, contrast: 0.0, regions: regions.len() });
         ranges.push([low, high]);
     }
-    let [width, height] = VIEWPORT.map(|n| n as usize);
+    let [width, height] = camera.viewport().map(|n| n as usize);
     for (i, pixel) in found.iter_mut().enumerate() {
         let near = |along: usize, size: usize| {
             along.saturating_sub(AROUND)..(along + AROUND + 1).min(size)
@@ -115,7 +116,7 @@ fn at_every_scale_it_is_the_mean_of_many_samples() {
 
 /// The PSNR of all pixels, and the most that a channel is off, as a part of the contrast around. Three
 /// regions are blended: pixels that show more of them are only in the PSNR.
-fn errors(oracle: &[Oracle], drawn: &[[u8; 4]]) -> (f64, f64) {
+pub fn errors(oracle: &[Oracle], drawn: &[[u8; 4]]) -> (f64, f64) {
     let (mut sum, mut worst) = (0.0, 0.0f64);
     for (pixel, drawn) in oracle.iter().zip(drawn) {
         let drawn = premultiplied(*drawn);

@@ -52,6 +52,28 @@ fn a_painter_draws_what_the_reference_draws() {
 }
 
 #[test]
+fn a_painter_draws_what_the_reference_draws_at_any_angle() {
+    let image = fixtures::discs_encoded();
+    for (i, view) in views(&image).into_iter().enumerate() {
+        let turns = [(90.0, false), (180.0, true), (270.0, false), (0.0, true), (30.0, true)];
+        for (degrees, flipped) in [turns[i % 5], turns[(i + 2) % 5]] {
+            let mut camera = view.clone();
+            camera.turn(degrees, flipped, [40.0, 30.0]);
+            for antialias in [true, false] {
+                let expected = reference(&image, &camera, antialias);
+                let actual = painted(&image, &camera, antialias);
+                let share = differing(&expected, &actual, CHANNEL);
+                if share > 20.0 * SHARE {
+                    let file = format!("painted {}x {degrees} {flipped}", camera.scale());
+                    let path = failures::write(&file, VIEWPORT, &expected, &actual);
+                    panic!("{file}: {share} of pixels differ; see {path}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_painter_cuts_with_planes_as_the_reference_does() {
     let mut sums = [0.0; 2];
     for kernel in [Kernel::Quadratic, Kernel::Linear] {

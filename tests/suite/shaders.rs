@@ -110,11 +110,14 @@ mod twins {
     /// A view in which no two numbers are alike.
     const VIEW: ViewUniforms = ViewUniforms {
         edges: [1.5, 2.5, 3.5, 4.5],
+        middles: [41.0, 42.0, 43.0, 44.0],
+        turn: [45.0, 46.0, 47.0, 48.0],
+        clip: [49.0, 50.0, 51.0, 52.0],
         anchor: [5, 6],
         offset: [0.7, 0.8],
         last: [9, 10],
         middle: [11.0, 12.0],
-        y_axis: [-13.0, 14.0],
+        shift: [-13.0, 14.0],
         to_clip: [27.0, 28.0],
         patches: [29, 30],
         start: [31.0, 32.0],
@@ -127,6 +130,7 @@ mod twins {
         flags: 19,
         reach: 22.0,
         texel: 34.0,
+        gap: [0; 2],
         pattern: [23.0, 24.0, 25.0, 26.0],
     };
 
@@ -137,11 +141,14 @@ mod twins {
         let int = |values: &[i32]| values.iter().map(|&v| v as u32).collect::<Vec<_>>();
         let twin = [
             ("edges", float(&view.edges)),
+            ("middles", float(&view.middles)),
+            ("turn", float(&view.turn)),
+            ("clip", float(&view.clip)),
             ("anchor", int(&view.anchor)),
             ("offset", float(&view.offset)),
             ("last", int(&view.last)),
             ("middle", float(&view.middle)),
-            ("y_axis", float(&view.y_axis)),
+            ("shift", float(&view.shift)),
             ("to_clip", float(&view.to_clip)),
             ("patches", view.patches.to_vec()),
             ("start", float(&view.start)),
@@ -156,7 +163,7 @@ mod twins {
             ("texel", float(&[view.texel])),
             ("pattern", float(&view.pattern)),
         ];
-        let bytes = view.to_bytes();
+        let bytes = view.as_bytes();
         for shaders in &MODULES {
             let (module, _) = validate(&wgsl(shaders)).unwrap();
             let (_, ty) =
@@ -186,6 +193,7 @@ mod twins {
             ("CLOSE", ViewUniforms::CLOSE),
             ("OUTLINES", ViewUniforms::OUTLINES),
             ("PATCHES", ViewUniforms::PATCHES),
+            ("TURNED", ViewUniforms::TURNED),
             ("MAX_CANDIDATES", MAX_CANDIDATES as u32),
             ("MAX_SAMPLES", MAX_SAMPLES),
             ("WIDTH_LOG2", WIDTH.trailing_zeros()),

@@ -22,11 +22,10 @@ function compare(section) {
     section.style.setProperty('--split', `${slider.value}%`);
     output.textContent = `IStar ${kb(viewer.dataset.bytes)} | ${kind.toUpperCase()} ${kb(bytes)}${view ? `, at ${zoom(view.scale)}×` : ''}`;
     if (!view) return;
-    const [x, y] = [
-      viewer.clientWidth / 2 - view.x * view.scale,
-      viewer.clientHeight / 2 - view.y * view.scale,
-    ];
-    image.style.transform = `translate(${x}px, ${y}px) scale(${view.scale})`;
+    const { x, y, scale, rotation, flipped } = view;
+    const middle = `translate(${viewer.clientWidth / 2}px, ${viewer.clientHeight / 2}px)`;
+    const turn = `rotate(${rotation}deg) scale(${flipped ? -scale : scale}, ${scale})`;
+    image.style.transform = `${middle} ${turn} translate(${-x}px, ${-y}px)`;
     rival.hidden = false;
   };
   viewer.addEventListener('viewchange', ({ detail }) => {

@@ -11,7 +11,11 @@ export interface ViewerAttributes {
   loading?: 'auto' | 'lazy' | 'eager' | undefined;
   /** The region under the pointer is highlighted. */
   interactive?: boolean | '' | undefined;
-  /** Buttons: zoom, all of it, full screen, save. */
+  /** By so many degrees the picture is turned at first, clockwise. */
+  rotation?: number | string | undefined;
+  /** It is mirrored, left to right, before it is turned. */
+  flipped?: boolean | '' | undefined;
+  /** Buttons: zoom, all of it, turn, mirror, full screen, save. */
   controls?: boolean | '' | undefined;
   /** An overview: a drag in it moves the view. */
   navigator?: boolean | '' | undefined;

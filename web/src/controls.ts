@@ -1,13 +1,11 @@
 // What stands beside the picture: buttons, scale bar, overview. A module of its own, fetched where an attribute asks for one:
 // dist/istar-controls.js.
+import { adopt } from './adopt.js';
 import { Buttons } from './buttons.js';
 import css from './controls.css';
 import type { Host } from './host.js';
 import { Overview } from './overview.js';
 import { ScaleBar } from './scalebar.js';
-
-/** One for all figures. */
-let sheet: CSSStyleSheet | undefined;
 
 export class Controls {
   readonly #host: Host;
@@ -20,12 +18,7 @@ export class Controls {
     this.#buttons = new Buttons(host);
     this.#scaleBar = new ScaleBar(host);
     this.#overview = new Overview(host);
-    if (!sheet) {
-      sheet = new CSSStyleSheet();
-      sheet.replaceSync(css);
-    }
-    // Before the one that hides what is hidden.
-    host.root.adoptedStyleSheets = [sheet, ...host.root.adoptedStyleSheets];
+    adopt(host.root, css);
     host.stage.after(this.#overview.root, this.#scaleBar.root, this.#buttons.root);
   }
 
@@ -34,7 +27,7 @@ export class Controls {
     const { element, view } = this.#host;
     const isThere = view.place !== undefined;
     const wants = (name: string) => isThere && element.hasAttribute(name);
-    this.#buttons.root.hidden = !wants('controls');
+    this.#buttons.update(wants('controls'));
     this.#scaleBar.update(wants('scalebar'));
     this.#overview.update(wants('navigator'));
   }

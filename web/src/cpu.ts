@@ -70,13 +70,13 @@ class CpuRenderer implements Renderer {
     this.#frame.push(scene.tile);
   }
 
-  draw(camera: Camera, _quick: boolean, width: number, height: number): Promise<ImageBitmap> {
+  draw(camera: Camera, _: boolean, step: number, width: number, height: number): Promise<ImageBitmap> {
     const frame = ++this.#last;
     const tiles = this.#frame.splice(0);
     return new Promise((resolve, reject) => {
       if (this.#fault) return reject(this.#fault);
       this.#waiting.set(frame, { resolve, reject });
-      this.#post({ frame, tiles, width, height, scale: camera.scale, centre: camera.place() });
+      this.#post({ frame, tiles, width, height, scale: camera.scale / step, centre: camera.place() });
     });
   }
 

@@ -30,6 +30,9 @@ const Base = (globalThis.HTMLElement ?? class {}) as new () => ViewerElement;
 /** Attributes that ask for something beside the picture, and those that say how it is. */
 const BESIDE = ['controls', 'navigator', 'scalebar', 'unit', 'unit-per-pixel'];
 
+/** Who turns the picture that near to upright has it upright. */
+const NEARLY_DEGREES = 7;
+
 /** What `toBlob` makes of the view. Without a size, what is on the screen; with one side alone the other follows. */
 export interface PictureOptions {
   /** Pixels. */
@@ -58,18 +61,21 @@ let sheet: CSSStyleSheet | undefined;
  * @attr {string} alt - what the picture shows, in words
  * @attr {'auto' | 'lazy' | 'eager'} loading - `eager`: the picture is fetched at once; else when the figure comes near the window
  * @attr {boolean} interactive - the region under the pointer is highlighted
- * @attr {boolean} controls - buttons: zoom, all of it, full screen, save
+ * @attr {number} rotation - by so many degrees the picture is turned at first, clockwise; and whenever this changes
+ * @attr {boolean} flipped - it is mirrored, left to right, before it is turned; likewise
+ * @attr {boolean} controls - buttons: zoom, all of it, turn, mirror, full screen, save
  * @attr {boolean} navigator - an overview: a drag in it moves the view
  * @attr {boolean} scalebar - how long something is
  * @attr {string} unit - what the scale bar counts; else source pixels
  * @attr {number} unit-per-pixel - so many of them are a source pixel long
- * @attr {string} hash - the view is kept in the page's address, as `#view=x,y,scale` or under the name that is given
+ * @attr {string} hash - the view is kept in the page's address, as `#view=x,y,scale` or under the name that is given; turned, as
+ *   `#view=x,y,scale,rotation`, and mirrored with `,flipped` after it
  * @attr {'webgpu' | 'webgl2' | 'cpu'} backend - what draws; else the first that works
  *
  * @fires {CustomEvent} load - the first frame is painted
  * @fires {CustomEvent} progress - bytes have come: `loaded`, and `total` where it is known
  * @fires {CustomEvent} error - there is no picture: `kind` and `message` say why
- * @fires {CustomEvent} viewchange - another view is painted: `x`, `y`, `scale`
+ * @fires {CustomEvent} viewchange - another view is painted: `x`, `y`, `scale`, `rotation`, `flipped`
  * @fires {CustomEvent} regionenter - the pointer is on a region: `region`, and `name` where the file has one
  * @fires {CustomEvent} regionleave - the pointer has left a region
  * @fires {CustomEvent} regionclick - a region was clicked or tapped
@@ -107,7 +113,16 @@ let sheet: CSSStyleSheet | undefined;
  * @cssprop --istar-accent - what can be pressed, and progress
  */
 export class IStarViewer extends Base {
-  static readonly observedAttributes = ['src', 'alt', 'loading', 'backend', 'hash', ...BESIDE];
+  static readonly observedAttributes = [
+    'src',
+    'alt',
+    'loading',
+    'backend',
+    'hash',
+    'rotation',
+    'flipped',
+    ...BESIDE,
+  ];
 
   /** Of the class: what viewers of the page say, in its language, by the English text. To be set before they show a picture. */
   static get words(): Words {
@@ -153,7 +168,10 @@ export class IStarViewer extends Base {
       failed: (cause) => this.#fail(cause),
     });
     this.#hash = new Hash(
-      () => (this.#view.fitted ? '' : this.#view.text),
+      () =>
+        this.#view.fitted && this.#ownTurn.join() === [this.rotation, this.flipped].join()
+          ? ''
+          : this.#view.text,
       (text) => {
         this.place = text;
       },
@@ -221,7 +239,38 @@ export class IStarViewer extends Base {
     this.#still(() => this.#view.lookAt(x, y, scale));
   }
 
-  /** The view as text, `x,y,scale`, with every digit: what it is set to is shown exactly so. Empty while there is no picture. */
+  /**
+   * Turns the picture by degrees, clockwise from where it was at first, about the middle of the view; `flipped`: it is mirrored before,
+   * left to right. A view of all of the picture goes on to be one.
+   */
+  turnTo(rotation: number, flipped = this.flipped): void {
+    this.#still(() => this.#view.turn(rotation, flipped));
+  }
+
+  /** Degrees by which the picture is turned, from 0 to below 360. What it is set to is the attribute's too. */
+  get rotation(): number {
+    return this.#view.place?.rotation ?? this.#ownTurn[0];
+  }
+
+  set rotation(degrees: number) {
+    this.setAttribute('rotation', String(degrees));
+    this.turnTo(degrees);
+  }
+
+  /** Whether the picture is mirrored, left to right, before it is turned. Likewise. */
+  get flipped(): boolean {
+    return this.#view.place?.flipped ?? this.#ownTurn[1];
+  }
+
+  set flipped(flipped: boolean) {
+    this.toggleAttribute('flipped', flipped);
+    this.turnTo(this.rotation, flipped);
+  }
+
+  /**
+   * The view as text, `x,y,scale`, with every digit, and `,rotation` and then `,flipped` where it is turned: what it is set to is shown
+   * exactly so. Empty while there is no picture.
+   */
   get place(): string {
     return this.#view.text;
   }
@@ -315,6 +364,8 @@ export class IStarViewer extends Base {
     if (name === 'alt') this.#label();
     else if (name === 'loading') this.#hasten();
     else if (BESIDE.includes(name)) this.#updateBeside();
+    else if (name === 'rotation') this.turnTo(this.#ownTurn[0]);
+    else if (name === 'flipped') this.turnTo(this.rotation, this.#ownTurn[1]);
     else if (name === 'hash') {
       this.#hash.follow(now);
       this.#hash.read();
@@ -370,6 +421,7 @@ export class IStarViewer extends Base {
       this.#backend = ready.backend;
       this.style.setProperty('--istar-aspect', `${file.archive.width} / ${file.archive.height}`);
       this.#view.show(file, ready);
+      this.#view.turn(...this.#ownTurn);
       this.#hash.read();
     } catch (cause) {
       if (!loading.signal.aborted) this.#fail(cause, ready);
@@ -463,6 +515,10 @@ export class IStarViewer extends Base {
     const actions = {
       pan: (dx: number, dy: number) => view.pan(dx, dy),
       zoom: (factor: number, x: number, y: number) => view.zoom(factor, x, y),
+      turn: (degrees: number, about: Finger) => view.turnBy(degrees, about),
+      turned: () => {
+        if (Math.abs(((this.rotation + 180) % 360) - 180) < NEARLY_DEGREES) view.turn(0, this.flipped);
+      },
       grab: () => this.#frames.stop(),
       animate: (step: (seconds: number) => boolean) => this.#frames.run(step),
       box: (from: Finger, to: Finger, over: boolean) => this.#spanBox(from, to, over),
@@ -477,6 +533,8 @@ export class IStarViewer extends Base {
       pan: (dx, dy) => this.#still(() => view.pan(dx, dy)),
       zoomBy: (factor) => this.#still(() => view.zoomAboutMiddle(factor)),
       fit: () => this.fit(),
+      turn: (degrees) => this.#still(() => view.turnBy(degrees)),
+      flip: () => this.#still(() => view.flip()),
       walk: () => this.#startWalk(),
     });
     this.#hover = new Hover(
@@ -536,6 +594,11 @@ export class IStarViewer extends Base {
     move();
   }
 
+  /** As the page has it. */
+  get #ownTurn(): [rotation: number, flipped: boolean] {
+    return [Number(this.getAttribute('rotation')) || 0, this.hasAttribute('flipped')];
+  }
+
   get #alt(): string {
     return this.getAttribute('alt') ?? this.querySelector('img')?.alt ?? '';
   }
@@ -552,7 +615,7 @@ export class IStarViewer extends Base {
     this.#stage.ariaLabel = this.#alt || say('Picture');
     this.#stage.ariaRoleDescription = say('zoomable picture');
     this.#stage.ariaDescription = say(
-      'Arrows move the view, plus and minus zoom, 0 shows all. Enter walks from region to region by arrows, Escape ends that.',
+      'Arrows move the view, plus and minus zoom, 0 shows all, R turns, F mirrors. Enter walks from region to region by arrows, Escape ends that.',
     );
   }
 

@@ -22,9 +22,18 @@ export interface Renderer {
   /** Gives regions of a tile from its `first` on other styles: four words each, as src/style.rs has them. */
   setStyles(scene: Scene, first: number, words: Uint32Array): void;
   place(scene: Scene, tile: Tile): void;
-  /** Draws what was placed since the last frame in so many pixels; the camera has as many. A quick frame may be a little blurred. */
-  // biome-ignore lint/suspicious/noConfusingVoidType: what wasm returns.
-  draw(camera: Camera, quick: boolean, width: number, height: number): Promise<ImageBitmap> | void;
+  /**
+   * Draws what was placed since the last frame in so many pixels, each of which stands for `step` of the camera's along each axis. A quick
+   * frame may be a little blurred.
+   */
+  draw(
+    camera: Camera,
+    quick: boolean,
+    step: number,
+    width: number,
+    height: number,
+    // biome-ignore lint/suspicious/noConfusingVoidType: what wasm returns.
+  ): Promise<ImageBitmap> | void;
 }
 
 let module: Promise<void> | undefined;

@@ -2,7 +2,9 @@
 import { blobOf } from './blob.js';
 import type { PictureOptions } from './element.js';
 import { ViewerError } from './errors.js';
+import type { Place } from './place.js';
 import { tracedView } from './tracing.js';
+import { inPicture, onScreen } from './turn.js';
 import type { View } from './view.js';
 
 /** What every browser has as a canvas, and every device draws at once. */
@@ -39,58 +41,72 @@ async function pictureOf(view: View, options: PictureOptions): Promise<HTMLCanva
   // The view may be moved meanwhile.
   const { text, place, file } = view;
   if (!place || !file) throw new Error('There is no picture.');
-  const scale = place.scale * fineness;
-  for (const down of pieces(height, place.y, file.archive.height, scale)) {
-    for (const across of pieces(width, place.x, file.archive.width, scale)) {
-      const size = { width: across.drawn, height: down.drawn };
-      const piece = view.twin(size, fineness, (twin) => {
-        twin.text = text;
-        twin.pan(-across.middle / fineness, -down.middle / fineness);
-      });
-      if (!piece) throw new Error('There is no picture.');
-      try {
-        await piece.settled();
-        const [x, y] = [across.from, down.from];
-        const part = [across.length, down.length] as const;
-        context?.drawImage(piece.canvas, across.skipped, down.skipped, ...part, x, y, ...part);
-      } finally {
-        piece.clear();
-      }
+  const drawn = { ...place, scale: place.scale * fineness };
+  for (const { from, own, over } of pieces([width, height], drawn, file.archive)) {
+    const size = { width: own[0] + 2 * Math.abs(over[0]), height: own[1] + 2 * Math.abs(over[1]) };
+    const piece = view.twin(size, fineness, (twin) => {
+      twin.text = text;
+      twin.pan(
+        (width / 2 - from[0] - own[0] / 2 - over[0]) / fineness,
+        (height / 2 - from[1] - own[1] / 2 - over[1]) / fineness,
+      );
+    });
+    if (!piece) throw new Error('There is no picture.');
+    try {
+      await piece.settled();
+      const [x, y] = from;
+      const skipped = [Math.max(-2 * over[0], 0), Math.max(-2 * over[1], 0)] as const;
+      context?.drawImage(piece.canvas, ...skipped, ...own, x, y, ...own);
+    } finally {
+      piece.clear();
     }
   }
   return picture;
 }
 
-/** A part of a picture along an axis, in its pixels. */
+type Pair = [along: number, down: number];
+
+/** A part of a picture, in its pixels. */
 interface Piece {
-  from: number;
-  length: number;
-  /** What is drawn for it, of which the first are skipped, and the middle of that from the middle of the picture. */
-  drawn: number;
-  skipped: number;
-  middle: number;
+  from: Pair;
+  own: Pair;
+  /** The middle of what is drawn for it is so far from its own: drawn is so much more on that side, and as much on the other. */
+  over: Pair;
 }
 
 /**
- * Cuts a picture where there is anything to see. A camera's middle cannot leave what it looks at (`extent` source pixels): a piece
- * whose own does is drawn larger.
+ * Cuts a picture where there is anything to see. A camera's middle cannot leave what it looks at: a piece whose own does is drawn
+ * larger.
  */
-function pieces(length: number, at: number, extent: number, scale: number): Piece[] {
-  const found: Piece[] = [];
-  for (let from = 0; from < length; from += AT_ONCE) {
-    const own = Math.min(AT_ONCE, length - from);
-    const middle = from + own / 2 - length / 2;
-    const place = at + middle / scale;
-    const over = Math.ceil(Math.max(place - extent, -place, 0) * scale);
-    if (over > own / 2) continue;
-    const isAfter = place > extent;
-    found.push({
-      from,
-      length: own,
-      drawn: own + 2 * over,
-      skipped: isAfter ? 2 * over : 0,
-      middle: middle + (isAfter ? -over : over),
-    });
+function* pieces(
+  [width, height]: Pair,
+  place: Place,
+  extent: { width: number; height: number },
+): Iterable<Piece> {
+  for (let y = 0; y < height; y += AT_ONCE) {
+    for (let x = 0; x < width; x += AT_ONCE) {
+      const own: Pair = [Math.min(AT_ONCE, width - x), Math.min(AT_ONCE, height - y)];
+      const middle = { x: x + (own[0] - width) / 2, y: y + (own[1] - height) / 2 };
+      const way = inPicture(place, middle);
+      const [sourceX, sourceY] = [place.x + way.x, place.y + way.y];
+      const back = onScreen(place, {
+        x: inside(sourceX, extent.width, place.scale) - sourceX,
+        y: inside(sourceY, extent.height, place.scale) - sourceY,
+      });
+      // Nothing of the picture is much nearer than that.
+      if (Math.hypot(back.x, back.y) > Math.hypot(...own) / 2 + 4) continue;
+      yield { from: [x, y], own, over: [away(back.x), away(back.y)] };
+    }
   }
-  return found;
+}
+
+/** The nearest place that is so far inside that whole pixels, in any direction, do not lead out again. */
+function inside(along: number, extent: number, scale: number): number {
+  const rim = Math.min(2 / scale, extent / 2);
+  return Math.min(Math.max(along, rim), extent - rim);
+}
+
+/** Whole pixels, away from zero. */
+function away(by: number): number {
+  return Math.sign(by) * Math.ceil(Math.abs(by));
 }

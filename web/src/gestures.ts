@@ -3,6 +3,10 @@ export interface GestureActions {
   pan(dx: number, dy: number): void;
   /** Whether the view changed: false at the end of the zoom range. */
   zoom(factor: number, x: number, y: number): boolean;
+  /** Clockwise, about a place. */
+  turn(degrees: number, about: Finger): void;
+  /** It has been turned. */
+  turned(): void;
   /** A drag with shift spans a box between two places; where it is over, for the last time. */
   box(from: Finger, to: Finger, over: boolean): void;
   /** A short press without a drag. */
@@ -29,12 +33,20 @@ export interface Finger {
 
 const reducedMotion = () => matchMedia('(prefers-reduced-motion: reduce)').matches;
 
-/** Drag with inertia (with shift: a box), pinch, double tap (shift zooms out). */
+/** A pinch turns from so many degrees on: below, nobody meant to. */
+const TWIST_DEGREES = 15;
+
+/** Drag with inertia (with shift: a box; with alt or ctrl: turns about the middle), pinch and twist, double tap (shift zooms out). */
 export function listenForGestures(stage: HTMLElement, actions: GestureActions): void {
   const fingers = new Map<number, Finger>();
   let dragged = false;
   /** Where a box was begun. */
   let corner: Finger | undefined;
+  /** What is turned about. */
+  let hub: Finger | undefined;
+  /** Degrees that a pinch has twisted, and whether anything turns. */
+  let twist = 0;
+  let turning = false;
   let velocity = { x: 0, y: 0, at: 0 };
   let lastTap = { x: 0, y: 0, at: Number.NEGATIVE_INFINITY };
 
@@ -46,6 +58,11 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
     // A second finger pinches.
     if (corner) actions.box(corner, corner, true);
     corner = event.shiftKey && !dragged ? placeIn(stage, event) : undefined;
+    hub =
+      (event.altKey || event.ctrlKey) && !dragged
+        ? { x: stage.clientWidth / 2, y: stage.clientHeight / 2 }
+        : undefined;
+    twist = 0;
     fingers.set(event.pointerId, placeIn(stage, event));
     velocity = { x: 0, y: 0, at: event.timeStamp };
   });
@@ -62,13 +79,16 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
       return;
     }
     stage.toggleAttribute('data-dragging', true);
-    if (fingers.size === 1) drag(finger, now, event.timeStamp);
+    if (hub) turn(degreesAbout(hub, finger, now), hub);
+    else if (fingers.size === 1) drag(finger, now, event.timeStamp);
     else if (fingers.size === 2) pinch(event.pointerId, finger, now);
     fingers.set(event.pointerId, now);
   });
 
   const lift = (event: PointerEvent) => {
     if (!fingers.delete(event.pointerId)) return;
+    if (turning) actions.turned();
+    turning = false;
     if (fingers.size > 0) {
       velocity = { x: 0, y: 0, at: event.timeStamp };
       return;
@@ -78,8 +98,8 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
     corner = undefined;
     if (from && dragged) actions.box(from, event.type === 'pointerup' ? placeIn(stage, event) : from, true);
     else if (event.type === 'pointercancel') return;
-    else if (dragged) coast(event.timeStamp);
-    else tap(event);
+    else if (dragged && !hub) coast(event.timeStamp);
+    else if (!dragged) tap(event);
   };
   stage.addEventListener('pointerup', lift);
   stage.addEventListener('pointercancel', lift);
@@ -101,7 +121,17 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
     const before = Math.hypot(from.x - other.x, from.y - other.y);
     const after = Math.hypot(to.x - other.x, to.y - other.y);
     actions.pan((to.x - from.x) / 2, (to.y - from.y) / 2);
-    if (before > 0 && after > 0) actions.zoom(after / before, (to.x + other.x) / 2, (to.y + other.y) / 2);
+    if (!(before > 0 && after > 0)) return;
+    const middle = { x: (to.x + other.x) / 2, y: (to.y + other.y) / 2 };
+    actions.zoom(after / before, middle.x, middle.y);
+    const degrees = degreesAbout(other, from, to);
+    twist += degrees;
+    if (turning || Math.abs(twist) > TWIST_DEGREES) turn(degrees, middle);
+  }
+
+  function turn(degrees: number, about: Finger): void {
+    turning = true;
+    actions.turn(degrees, about);
   }
 
   function coast(at: number): void {
@@ -127,6 +157,12 @@ export function listenForGestures(stage: HTMLElement, actions: GestureActions): 
       lastTap = { ...place, at: event.timeStamp };
     }
   }
+}
+
+/** How far a place goes around another, clockwise. */
+function degreesAbout(hub: Finger, from: Finger, to: Finger): number {
+  const [x, y, toX, toY] = [from.x - hub.x, from.y - hub.y, to.x - hub.x, to.y - hub.y];
+  return (Math.atan2(x * toY - y * toX, x * toX + y * toY) * 180) / Math.PI;
 }
 
 const GLIDE_SECONDS = 0.2;

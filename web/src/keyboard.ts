@@ -3,6 +3,8 @@ export interface KeyActions {
   /** About the middle. */
   zoomBy(factor: number): void;
   fit(): void;
+  turn(degrees: number): void;
+  flip(): void;
   /** Goes from region to region from now on. */
   walk(): void;
 }
@@ -10,7 +12,9 @@ export interface KeyActions {
 const STEP_PX = 64;
 export const STEP_ZOOM = 1.5;
 
-/** Arrows move the view (the picture goes the other way), + and − zoom, 0 and Home show all, Enter begins a walk. */
+/**
+ * Arrows move the view (the picture goes the other way), + and − zoom, 0 and Home show all, r and R turn, f mirrors, Enter begins a walk.
+ */
 export function listenForKeys(stage: HTMLElement, actions: KeyActions): void {
   const keys: Record<string, () => void> = {
     ArrowLeft: () => actions.pan(STEP_PX, 0),
@@ -24,6 +28,9 @@ export function listenForKeys(stage: HTMLElement, actions: KeyActions): void {
     _: () => actions.zoomBy(1 / STEP_ZOOM),
     '0': () => actions.fit(),
     Home: () => actions.fit(),
+    r: () => actions.turn(90),
+    R: () => actions.turn(-90),
+    f: () => actions.flip(),
     Enter: () => actions.walk(),
   };
   stage.addEventListener('keydown', (event) => {

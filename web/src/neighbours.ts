@@ -1,11 +1,6 @@
 import type { Tile } from '#wasm';
+import type { Point } from './turn.js';
 import type { View } from './view.js';
-
-/** In source pixels. */
-export interface Point {
-  x: number;
-  y: number;
-}
 
 /** A region that another one borders on, and where. */
 export interface Neighbour {

@@ -66,6 +66,18 @@ export class Overview {
     const { version } = view.styles;
     if (this.#drawn !== version) this.#small?.redraw();
     this.#drawn = version;
+    if (place.rotation || place.flipped) {
+      // Turned as the view is, the other way round.
+      const [wide, high] = [room, view.canvas.clientHeight].map((seen) => (seen / place.scale) * shrink);
+      Object.assign(this.#frame.style, {
+        left: `${(100 * place.x) / width}%`,
+        top: `${(100 * place.y) / height}%`,
+        width: `${wide}px`,
+        height: `${high}px`,
+        transform: `translate(-50%, -50%) rotate(${place.flipped ? place.rotation : -place.rotation}deg)`,
+      });
+      return;
+    }
     const part = (middle: number, seen: number, all: number) => {
       const from = Math.max(0, (middle - seen / place.scale / 2) / all);
       const to = Math.min(1, (middle + seen / place.scale / 2) / all);
@@ -73,7 +85,7 @@ export class Overview {
     };
     const [left = '', wide = ''] = part(place.x, room, width);
     const [top = '', high = ''] = part(place.y, view.canvas.clientHeight, height);
-    Object.assign(this.#frame.style, { left, top, width: wide, height: high });
+    Object.assign(this.#frame.style, { left, top, width: wide, height: high, transform: '' });
   }
 
   /** Source pixels of the picture. */

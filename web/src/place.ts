@@ -1,29 +1,35 @@
-/** Centre in source pixels; `scale` is CSS pixels of the screen per source pixel. */
+/**
+ * Centre in source pixels; `scale` is CSS pixels of the screen per source pixel. `rotation` is degrees clockwise, from 0 to below 360;
+ * before it is turned the picture is mirrored, left to right, where it is `flipped`.
+ */
 export interface Place {
   x: number;
   y: number;
   scale: number;
+  rotation: number;
+  flipped: boolean;
 }
 
-/** Centre of a view: whole source pixels x and y, and the fraction of each, in which every digit of a deep view is. */
-export type Centre = [x: number, y: number, moreX: number, moreY: number];
+/**
+ * Centre of a view: whole source pixels x and y, and the fraction of each, in which every digit of a deep view is; and how the picture
+ * lies: degrees, and 1 where it is mirrored.
+ */
+export type Centre = [x: number, y: number, moreX: number, moreY: number, rotation: number, flipped: number];
 
-/** What `Camera.lookAt` takes. */
-export type Sight = [x: number, y: number, scale: number, moreX: number, moreY: number];
+const TEXT = /^(\d+)(\.\d+)?,(\d+)(\.\d+)?,([\d.e-]+)(?:,([\d.e-]+)(,flipped)?)?$/;
 
-const TEXT = /^(\d+)(\.\d+)?,(\d+)(\.\d+)?,([\d.e-]+)$/;
-
-/** `x,y,scale`, with every digit and no more: a place is written as src/places.rs does. */
-export function placeText([x, y, moreX, moreY]: Centre, scale: number): string {
-  return [decimal(x, moreX), decimal(y, moreY), scale].join();
+/** `x,y,scale`, with every digit and no more: a place is written as src/places.rs does. Turned, `,rotation`; then `,flipped`. */
+export function placeText([x, y, moreX, moreY, rotation, flipped]: Centre, scale: number): string {
+  const text = [decimal(x, moreX), decimal(y, moreY), scale].join();
+  return rotation || flipped ? `${text},${rotation}${flipped ? ',flipped' : ''}` : text;
 }
 
-/** What a text of `placeText` says; undefined for any other. */
-export function readPlace(text: string): Sight | undefined {
-  const parts = TEXT.exec(text)?.slice(1);
+/** What a text of `placeText` says: centre and scale; undefined for any other. */
+export function readPlace(text: string): [centre: Centre, scale: number] | undefined {
+  const parts = TEXT.exec(text)?.map((part) => part ?? 0);
   if (!parts) return undefined;
-  const [x, moreX, y, moreY, scale] = parts.map((part) => Number(part ?? 0)) as Sight;
-  return [x, y, scale, moreX, moreY];
+  const [, x, moreX, y, moreY, scale, rotation] = parts.map(Number) as [0, ...Centre, number];
+  return [[x, y, moreX, moreY, rotation, parts[7] ? 1 : 0], scale];
 }
 
 function decimal(whole: number, fraction: number): string {

@@ -3,7 +3,7 @@ import type { PictureOptions } from './element.js';
 import type { Scene } from './engine.js';
 import { ViewerError } from './errors.js';
 import type { TracingJob } from './fitting.js';
-import { type Centre, readPlace } from './place.js';
+import { type Centre, placeText, readPlace } from './place.js';
 import type { View } from './view.js';
 
 /** Of all of a picture the tiles are taken that would be drawn in so many pixels a side. */
@@ -30,8 +30,9 @@ export async function tracedView(view: View, options: PictureOptions): Promise<B
     }
   }
   const fineness = Math.min(width / ownWidth, height / ownHeight);
-  const [x, y, ownScale, moreX, moreY] = whole ? [fullWidth / 2, fullHeight / 2, 1, 0, 0] : sight;
-  const centre: Centre = [x, y, moreX, moreY];
+  const [centre, ownScale]: [Centre, number] = whole
+    ? [[fullWidth / 2, fullHeight / 2, 0, 0, 0, 0], 1]
+    : sight;
   const scale = ownScale * fineness;
   const part = Math.min(1, MOST_DRAWN / (whole ? Math.max(fullWidth, fullHeight) : Math.max(width, height)));
   const drawn = whole ? { width: fullWidth, height: fullHeight } : { width, height };
@@ -39,7 +40,7 @@ export async function tracedView(view: View, options: PictureOptions): Promise<B
     view,
     Math.ceil(drawn.width * part),
     Math.ceil(drawn.height * part),
-    [x, y, (whole ? 1 : scale) * part, moreX, moreY],
+    placeText(centre, (whole ? 1 : scale) * part),
     whole ? 1 : fineness,
   );
   const names = await file.named;
@@ -56,12 +57,14 @@ async function tilesOf(
   view: View,
   width: number,
   height: number,
-  sight: [x: number, y: number, scale: number, moreX: number, moreY: number],
+  place: string,
   fineness: number,
 ): Promise<TracingJob['tiles']> {
   // It draws in CSS pixels.
   const all = view.tiles;
-  const twin = view.twin({ width, height }, 1, (twin) => twin.lookAt(...sight));
+  const twin = view.twin({ width, height }, 1, (twin) => {
+    twin.text = place;
+  });
   if (!twin || !all) throw new Error('There is no picture.');
   try {
     await twin.settled();

@@ -19,8 +19,6 @@ interface Shown {
   end: () => void;
   renderer: Renderer;
   camera: Camera;
-  /** The camera in as many pixels as are drawn. */
-  eye: Camera;
   /** What the last frame showed, coarser tiles first. */
   drawn: Loaded[];
   /** The last frame showed all of the view. */
@@ -140,8 +138,8 @@ export class View {
 
   #begin(tiles: Tiles, renderer: Renderer, end: () => void): void {
     const { width, height } = tiles.file.archive;
-    const [camera, eye] = [new Camera(width, height), new Camera(width, height)];
-    this.#shown = { tiles, renderer, camera, eye, end, drawn: [], complete: false };
+    const camera = new Camera(width, height);
+    this.#shown = { tiles, renderer, camera, end, drawn: [], complete: false };
     this.#fitted = true;
     this.#first = true;
     // The figure may take another shape for this picture. Its size is told anew, and with that it is drawn.
@@ -174,7 +172,6 @@ export class View {
     for (const twin of this.#twins) twin.clear();
     shown?.end();
     shown?.camera.free();
-    shown?.eye.free();
     this.#context?.clearRect(0, 0, this.canvas.width, this.canvas.height);
   }
 
@@ -218,8 +215,8 @@ export class View {
   get place(): Place | undefined {
     const camera = this.#shown?.camera;
     if (!camera) return undefined;
-    const [x, y, moreX, moreY] = camera.place();
-    return { x: x + moreX, y: y + moreY, scale: camera.scale / this.#ratio };
+    const [x, y, moreX, moreY, rotation, flipped] = camera.place();
+    return { x: x + moreX, y: y + moreY, scale: camera.scale / this.#ratio, rotation, flipped: flipped > 0 };
   }
 
   /** The place with every digit; empty where there is none. */
@@ -230,8 +227,12 @@ export class View {
 
   /** Nothing happens where it is no such text. */
   set text(text: string) {
-    const sight = readPlace(text);
-    if (sight) this.lookAt(...sight);
+    const [centre, scale] = readPlace(text) ?? [];
+    if (!centre || !scale) return;
+    const [x, y, moreX, moreY, rotation, flipped] = centre;
+    this.turn(rotation, flipped > 0);
+    // About whatever that was: all else is said here.
+    this.lookAt(x, y, scale, moreX, moreY);
   }
 
   pan(dx: number, dy: number): void {
@@ -264,6 +265,32 @@ export class View {
 
   lookAt(x: number, y: number, scale: number, moreX = 0, moreY = 0): void {
     this.#move((camera) => camera.lookAt(x, y, scale * this.#ratio, moreX, moreY));
+  }
+
+  /**
+   * Mirrors the picture or not and turns it, clockwise from where it was at first: about a place of the canvas, else about the middle, where
+   * a view of all of the picture goes on to be one.
+   */
+  turn(rotation: number, flipped: boolean, at?: { x: number; y: number }): void {
+    const isFitted = this.#fitted && !at;
+    const { width, height } = this.#size;
+    const ratio = this.#ratio;
+    this.#move((camera) =>
+      camera.turn(rotation, flipped, at ? at.x * ratio : width / 2, at ? at.y * ratio : height / 2),
+    );
+    if (isFitted) this.fit();
+  }
+
+  /** Turns the picture further. */
+  turnBy(degrees: number, at?: { x: number; y: number }): void {
+    const { place } = this;
+    if (place) this.turn(place.rotation + degrees, place.flipped, at);
+  }
+
+  /** Mirrors what is seen, left to right. */
+  flip(): void {
+    const { place } = this;
+    if (place) this.turn(-place.rotation, !place.flipped);
   }
 
   fit(): void {
@@ -354,7 +381,7 @@ export class View {
       this.#painting = 'stale';
       return;
     }
-    const { renderer, camera, eye } = shown;
+    const { renderer, camera } = shown;
     let frame: DrawnFrame;
     let later: Promise<ImageBitmap> | undefined;
     try {
@@ -365,16 +392,14 @@ export class View {
       if (tiles.length === 0) return;
       const step = this.#fineness ? 1 : this.#pace.next();
       const size = { width: Math.ceil(width / step), height: Math.ceil(height / step) };
-      const [x, y, moreX, moreY] = camera.place();
-      eye.resize(size.width, size.height);
-      eye.lookAt(x, y, camera.scale / step, moreX, moreY);
       for (const loaded of tiles) {
         const { tile, scene } = loaded;
         if (!scene) continue;
         this.styles.apply(loaded, scene, renderer, this.#ratio / step, shown.tiles);
         renderer.place(scene, tile);
       }
-      later = renderer.draw(eye, !this.#fineness && this.#pace.isQuick, size.width, size.height) ?? undefined;
+      const isQuick = !this.#fineness && this.#pace.isQuick;
+      later = renderer.draw(camera, isQuick, step, size.width, size.height) ?? undefined;
       frame = { shown, size, step, width, height };
       const { unready } = this.styles;
       unready?.then(this.#redraw);

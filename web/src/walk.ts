@@ -1,8 +1,11 @@
 // Walks from region to region by keyboard, and says where it is. A module of its own, fetched at the first step: dist/istar-walk.js.
+import { adopt } from './adopt.js';
 import { colorWord } from './colors.js';
 import { make } from './dom.js';
 import type { Host } from './host.js';
-import { type Neighbour, nearestTo, nearestTowards, neighboursOf, type Point, spotOf } from './neighbours.js';
+import { type Neighbour, nearestTo, nearestTowards, neighboursOf, spotOf } from './neighbours.js';
+import { inPicture, onScreen, type Point } from './turn.js';
+import css from './walk.css';
 
 /** So many neighbours are told by name. */
 const MOST_TOLD = 8;
@@ -46,6 +49,7 @@ export class Walk {
 
   constructor(host: Host) {
     this.#host = host;
+    adopt(host.root, css);
     this.#spoken.role = 'status';
     host.root.append(this.#spoken);
     host.stage.append(this.#pin);
@@ -99,9 +103,12 @@ export class Walk {
   #step(towards: Point): void {
     const here = this.#here;
     if (!here) return;
-    const around = neighboursOf(this.#host.view, here.region);
+    const { view } = this.#host;
+    const around = neighboursOf(view, here.region);
     const ahead = this.#ahead(here, towards);
-    const next = around.find(({ region }) => region === ahead) ?? nearestTowards(around, here.at, towards);
+    // Where that is in the picture.
+    const way = view.place ? inPicture({ ...view.place, scale: 1 }, towards) : towards;
+    const next = around.find(({ region }) => region === ahead) ?? nearestTowards(around, here.at, way);
     if (next) this.#settle(next.region, next.middle);
     else this.#say(this.#host.say('No region that way'));
   }
@@ -113,15 +120,14 @@ export class Walk {
     if (!place || !file) return undefined;
     const box = view.canvas.getBoundingClientRect();
     const { width, height } = file.archive;
+    const start = onScreen(place, { x: at.x - place.x, y: at.y - place.y });
+    const step = inPicture(place, { x: STEP_PX * towards.x, y: STEP_PX * towards.y });
     for (let i = 1; i < MOST_STEPS; i++) {
-      const [x, y] = [
-        at.x + (i * STEP_PX * towards.x) / place.scale,
-        at.y + (i * STEP_PX * towards.y) / place.scale,
-      ];
+      const [x, y] = [at.x + i * step.x, at.y + i * step.y];
       if (x < 0 || y < 0 || x > width || y > height) return undefined;
       const met = view.pick(
-        box.left + box.width / 2 + (x - place.x) * place.scale,
-        box.top + box.height / 2 + (y - place.y) * place.scale,
+        box.left + box.width / 2 + start.x + i * STEP_PX * towards.x,
+        box.top + box.height / 2 + start.y + i * STEP_PX * towards.y,
       );
       if (met !== region && met !== undefined) return met;
     }
@@ -131,8 +137,12 @@ export class Walk {
   /** Goes to a region by an arrow, over a place of its border. */
   #settle(region: number, over: Point): void {
     const home = this.#arrive(region, over);
+    const { place } = this.#host.view;
     const angle = ({ middle }: Neighbour) => {
-      const turn = Math.atan2(middle.x - home.at.x, home.at.y - middle.y);
+      // Clockwise on the screen, from the top.
+      const way = { x: middle.x - home.at.x, y: middle.y - home.at.y };
+      const { x, y } = place ? onScreen(place, way) : way;
+      const turn = Math.atan2(x, -y);
       return turn < 0 ? turn + 2 * Math.PI : turn;
     };
     const around = neighboursOf(this.#host.view, region);
@@ -181,8 +191,7 @@ export class Walk {
     this.#pin.hidden = !here || !place;
     if (!here || !place) return;
     // From the middle, where it is by itself.
-    const x = (here.x - place.x) * place.scale;
-    const y = (here.y - place.y) * place.scale;
+    const { x, y } = onScreen(place, { x: here.x - place.x, y: here.y - place.y });
     this.#pin.style.transform = `translate(${x}px, ${y}px)`;
   }
 
@@ -201,19 +210,18 @@ export class Walk {
     if (!place) return spot;
     const box = view.canvas.getBoundingClientRect();
     const inner = 1 - 2 * RIM;
-    const isSeen = ({ x, y }: Point) =>
-      Math.abs(x - place.x) * place.scale < (inner * box.width) / 2 &&
-      Math.abs(y - place.y) * place.scale < (inner * box.height) / 2;
+    const isSeen = (at: Point) => {
+      const { x, y } = onScreen(place, { x: at.x - place.x, y: at.y - place.y });
+      return Math.abs(x) < (inner * box.width) / 2 && Math.abs(y) < (inner * box.height) / 2;
+    };
     if (isSeen(spot)) return spot;
     const seen: Point[] = [];
     for (let i = 0; i < LOOKED_AT * LOOKED_AT; i++) {
       const right = RIM + (inner * ((i % LOOKED_AT) + 0.5)) / LOOKED_AT;
       const down = RIM + (inner * (Math.floor(i / LOOKED_AT) + 0.5)) / LOOKED_AT;
       if (view.pick(box.left + right * box.width, box.top + down * box.height) !== region) continue;
-      seen.push({
-        x: place.x + ((right - 0.5) * box.width) / place.scale,
-        y: place.y + ((down - 0.5) * box.height) / place.scale,
-      });
+      const way = inPicture(place, { x: (right - 0.5) * box.width, y: (down - 0.5) * box.height });
+      seen.push({ x: place.x + way.x, y: place.y + way.y });
     }
     const mean = (axis: 'x' | 'y') => seen.reduce((sum, at) => sum + at[axis], 0) / seen.length;
     const [x, y] = [mean('x'), mean('y')];

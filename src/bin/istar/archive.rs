@@ -155,8 +155,7 @@ impl Archive {
     fn reach(&self, camera: &Camera) -> (u8, [[f64; 2]; 2]) {
         let level = self.index.layout().level_at(camera.scale());
         let step = f64::from(1u32 << (level * LEVEL_STEP_LOG2));
-        let corners = [[0.0; 2], camera.viewport().map(f64::from)];
-        (level, corners.map(|corner| camera.to_source(corner).to_f64().map(|x| x / step)))
+        (level, camera.seen().map(|corner| corner.map(|along| along / step)))
     }
 }
 
@@ -181,6 +180,7 @@ impl Section {
         (0..2).for_each(|axis| center.whole[axis] -= i64::from(self.first[axis]));
         let mut own = Camera::new(self.image.size, camera.viewport());
         own.look_at(center, camera.scale() * self.step());
+        own.turn_as(camera);
         own
     }
 }

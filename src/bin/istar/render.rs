@@ -32,6 +32,12 @@ pub struct Args {
     /// Screen pixels, e.g. 800x600
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: [u32; 2],
+    /// Degrees by which the picture is turned, clockwise
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    rotate: f64,
+    /// Mirror the picture, left to right, before it is turned
+    #[arg(long)]
+    flip: bool,
     /// What draws it
     #[arg(long, value_enum, default_value_t = Backend::Cpu)]
     backend: Backend,
@@ -61,6 +67,10 @@ pub fn run(args: &Args) -> Outcome {
     let size = archive.index.layout().size;
     let mut camera = Camera::new(size, args.size);
     camera.look_at(args.center, args.scale);
+    if !args.rotate.is_finite() {
+        return Err(format!("--rotate {}: that is no number of degrees", args.rotate));
+    }
+    camera.turn(args.rotate, args.flip, args.size.map(|n| 0.5 * f64::from(n)));
     let absorbed = match &sheet {
         Some(sheet) if sheet.absorbs() => archive.coarsest()?,
         _ => None,

@@ -8,7 +8,7 @@
 mod cell;
 mod spans;
 
-use super::reference::render_styled_row;
+use super::reference::{render_scene_row, render_styled_row};
 use super::shares::{REACH, share_of_square};
 use crate::camera::Camera;
 use crate::cuts::{self, Candidates, Deciding};
@@ -85,7 +85,11 @@ impl<'a> Painter<'a> {
     pub fn draw(&self, camera: &Camera, first: u32, antialias: bool, pixels: &mut [[u8; 4]]) {
         let whole = Placement::whole(self.image.size);
         // What it does not draw.
-        let [from, to] = whole.seen(camera, antialias).map_or([[0; 2]; 2], |view| view.own);
+        let own = match camera.is_turned() {
+            true => None,
+            false => whole.seen(camera, antialias).map(|view| view.own),
+        };
+        let [from, to] = own.unwrap_or_default();
         let width = camera.viewport()[0] as usize;
         for (y, row) in (first..).zip(pixels.chunks_mut(width.max(1))) {
             if (from[1]..to[1]).contains(&y) && row.len() == width {
@@ -116,6 +120,10 @@ impl<'a> Painter<'a> {
             return;
         }
         assert_eq!(pixels.len() % width, 0, "whole rows");
+        if camera.is_turned() {
+            self.draw_turned(placement, camera, first, antialias, pixels);
+            return;
+        }
         let Some(view) = placement.seen(camera, antialias) else { return };
         let last = first.saturating_add((pixels.len() / width) as u32);
         let [from, to] = view.own;
@@ -141,6 +149,42 @@ impl<'a> Painter<'a> {
         }
         if antialias {
             fade(&view, rows, pixels);
+        }
+    }
+
+    /// As if it were not turned where only pixels have to be put elsewhere; else pixel by pixel, which takes longer.
+    fn draw_turned(
+        &self,
+        placement: &Placement,
+        camera: &Camera,
+        first: u32,
+        antialias: bool,
+        pixels: &mut [[u8; 4]],
+    ) {
+        let [width, _] = camera.viewport();
+        let rows = pixels.len() as u32 / width;
+        if camera.rotation() % 90.0 == 0.0 && self.styles.is_none() {
+            let turned = camera.turned_part([0, first], [width, rows]);
+            let Some(view) = placement.seen(&turned.upright, antialias) else { return };
+            let mut upright = vec![[0; 4]; grid::count(view.viewport)];
+            self.draw_scene(placement, &turned.upright, 0, antialias, &mut upright);
+            let places = grid::places([width, rows]);
+            for ([x, y], pixel) in places.zip(pixels) {
+                let at = turned.back([x, first + y].map(|along| f64::from(along) + 0.5));
+                let at = at.map(|along| along as u32);
+                if (0..2).all(|axis| (view.own[0][axis]..view.own[1][axis]).contains(&at[axis])) {
+                    *pixel = upright[grid::index(view.viewport, at)];
+                }
+            }
+            return;
+        }
+        for (y, row) in (first..).zip(pixels.chunks_exact_mut(width as usize)) {
+            match &self.styles {
+                Some(styles) => {
+                    render_styled_row(&self.image, styles, placement, camera, y, antialias, row);
+                }
+                None => render_scene_row(&self.image, placement, camera, y, antialias, row),
+            }
         }
     }
 
@@ -423,11 +467,11 @@ fn fade(view: &SceneView, rows: Range<u32>, pixels: &mut [[u8; 4]]) {
     let width = view.viewport[0] as usize;
     let columns = view.own[0][0]..view.own[1][0];
     for (y, row) in rows.zip(pixels.chunks_exact_mut(width)) {
-        let down = view.inside(1, y);
+        let down = view.inside(1, f64::from(y));
         if down >= 1.0 {
             // Only its ends, then.
             for x in [columns.start, columns.end - 1] {
-                faded(&mut row[x as usize], view.inside(0, x));
+                faded(&mut row[x as usize], view.inside(0, f64::from(x)));
                 if columns.len() == 1 {
                     break;
                 }
@@ -435,7 +479,7 @@ fn fade(view: &SceneView, rows: Range<u32>, pixels: &mut [[u8; 4]]) {
             continue;
         }
         for x in columns.clone() {
-            faded(&mut row[x as usize], down * view.inside(0, x));
+            faded(&mut row[x as usize], down * view.inside(0, f64::from(x)));
         }
     }
 }

@@ -11,7 +11,7 @@ const ROUNDING: u8 = 1;
 /// The root of the mean square of what a channel may be off.
 const MOST_OFF: f64 = 8.0;
 
-fn off(expected: &[[u8; 4]], actual: &[[u8; 4]]) -> f64 {
+pub fn off(expected: &[[u8; 4]], actual: &[[u8; 4]]) -> f64 {
     let pixels = expected.iter().zip(actual).map(|(a, b)| [premultiplied(*a), premultiplied(*b)]);
     let square = |[a, b]: [[f64; 4]; 2]| (0..4).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
     (pixels.map(square).sum::<f64>() / (4 * expected.len()) as f64).sqrt()

@@ -8,7 +8,7 @@ use istar::model::Block;
 use istar::{Camera, Image, Placement, raster};
 
 /// The picture cut into tiles of `blocks` blocks a side, each a model of its own.
-fn tiles(image: &Image, blocks: u32) -> Vec<(Image, Placement)> {
+pub fn tiles(image: &Image, blocks: u32) -> Vec<(Image, Placement)> {
     let [columns, rows] = image.block_grid();
     let side = blocks << image.block_log2;
     let mut tiles = Vec::new();

@@ -11,7 +11,7 @@ use istar::{Camera, Image, Placement, gpu, raster};
 /// the other side of a boundary.
 const SHARE: f64 = 0.004;
 
-fn drawn(image: &Image, styles: &Styles, camera: &Camera, antialias: bool) -> Vec<[u8; 4]> {
+pub fn drawn(image: &Image, styles: &Styles, camera: &Camera, antialias: bool) -> Vec<[u8; 4]> {
     let [width, height] = camera.viewport();
     let mut pixels = vec![[0; 4]; (width * height) as usize];
     let whole = Placement::whole(image.size);
@@ -61,7 +61,7 @@ fn compare(
     }
 }
 
-fn restyle(
+pub fn restyle(
     renderer: &gpu::Renderer,
     image: &Image,
     style: impl Fn(u32, [u8; 4]) -> Style,

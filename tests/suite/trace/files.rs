@@ -3,7 +3,7 @@
 use super::drawn::{attribute, camera, draw, drawing, psnr, rings, svg};
 use crate::fixtures::{self, encoded};
 use crate::views::reference;
-use istar::grid::Point;
+use istar::grid::{self, Point};
 use istar::style::{Motif, Outline, Pattern, Side, Style, Styles, Unit};
 use istar::trace::Format;
 use istar::{Camera, Kernel, Limits};
@@ -56,6 +56,47 @@ fn a_view_is_written_in_its_own_pixels() {
             }
         }
     }
+}
+
+#[test]
+fn a_turned_view_is_written_as_it_is_seen() {
+    let image = encoded(&fixtures::discs(), 8, Kernel::Quadratic);
+    // The program that draws here knows no angles: it draws what is turned, and pixels are put elsewhere.
+    for (degrees, flipped) in [(90.0, false), (180.0, true), (270.0, true), (0.0, true)] {
+        let mut camera = Camera::new(image.size, [240, 180]);
+        camera.look_at(Point::new([100.25, 75.5]), 6.0);
+        camera.turn(degrees, flipped, [120.0, 90.0]);
+        let text = svg(&image, &Styles::new(&image), &camera);
+        assert_eq!(attribute(&text, "viewBox"), Some("0 0 240 180"));
+        let matrix = attribute(&text, "transform").unwrap();
+        let numbers = matrix.trim_start_matches("matrix(").trim_end_matches(')').split(' ');
+        let matrix: Vec<f64> = numbers.map(|number| number.parse().unwrap()).collect();
+        let [a, b, c, d, e, f] = matrix[..].try_into().unwrap();
+        let size = if degrees % 180.0 == 0.0 { [240, 180] } else { [180, 240] };
+        let drawn = draw(&text, size);
+        let back = |at: [u32; 2]| {
+            let [x, y] = [f64::from(at[0]) + 0.5 - e, f64::from(at[1]) + 0.5 - f];
+            [a * x + b * y, c * x + d * y].map(|along| along as u32)
+        };
+        let turned: Vec<_> =
+            grid::places([240, 180]).map(|at| drawn[grid::index(size, back(at))]).collect();
+        let quality = psnr(&turned, &reference(&image, &camera, true));
+        assert!(quality > 38.0, "{degrees} {flipped}: {quality} dB");
+    }
+    // 320 pixels of a hundred steps: what was on the left is above, and the right edge is where x is 0.
+    let (image, styles) = styled();
+    let mut camera = camera(&image, 2.0);
+    camera.turn(90.0, false, [160.0; 2]);
+    let drawing = drawing(&image, &styles, &camera);
+    let eps = String::from_utf8(drawing.write(Format::Eps)).unwrap();
+    assert!(eps.contains("[0 1 -1 0 32000 0] concat\n"), "{}", &eps[..700]);
+    let pdf = drawing.write(Format::Pdf);
+    let find = |what: &[u8]| pdf.windows(what.len()).position(|at| at == what).unwrap();
+    let contents = &pdf[find(b"stream\n") + 7..find(b"\nendstream")];
+    let contents = String::from_utf8(decompress_to_vec_zlib(contents).unwrap()).unwrap();
+    assert!(contents.contains("\n0 1 -1 0 32000 0 cm\n"), "{}", &contents[..200]);
+    // A pattern lies on the page, whose y grows upwards.
+    assert!(String::from_utf8_lossy(&pdf).contains("/Matrix[0 -0."), "the pattern is turned too");
 }
 
 #[test]
