@@ -2,6 +2,7 @@
 import { blobOf } from './blob.js';
 import type { PictureOptions } from './element.js';
 import { ViewerError } from './errors.js';
+import { pieces } from './pieces.js';
 import { tracedView } from './tracing.js';
 import type { View } from './view.js';
 
@@ -40,8 +41,8 @@ async function pictureOf(view: View, options: PictureOptions): Promise<HTMLCanva
   const { text, place, file } = view;
   if (!place || !file) throw new Error('There is no picture.');
   const scale = place.scale * fineness;
-  for (const down of pieces(height, place.y, file.archive.height, scale)) {
-    for (const across of pieces(width, place.x, file.archive.width, scale)) {
+  for (const down of pieces(height, AT_ONCE, place.y, file.archive.height, scale)) {
+    for (const across of pieces(width, AT_ONCE, place.x, file.archive.width, scale)) {
       const size = { width: across.drawn, height: down.drawn };
       const piece = view.twin(size, fineness, (twin) => {
         twin.text = text;
@@ -59,38 +60,4 @@ async function pictureOf(view: View, options: PictureOptions): Promise<HTMLCanva
     }
   }
   return picture;
-}
-
-/** A part of a picture along an axis, in its pixels. */
-interface Piece {
-  from: number;
-  length: number;
-  /** What is drawn for it, of which the first are skipped, and the middle of that from the middle of the picture. */
-  drawn: number;
-  skipped: number;
-  middle: number;
-}
-
-/**
- * Cuts a picture where there is anything to see. A camera's middle cannot leave what it looks at (`extent` source pixels): a piece
- * whose own does is drawn larger.
- */
-function pieces(length: number, at: number, extent: number, scale: number): Piece[] {
-  const found: Piece[] = [];
-  for (let from = 0; from < length; from += AT_ONCE) {
-    const own = Math.min(AT_ONCE, length - from);
-    const middle = from + own / 2 - length / 2;
-    const place = at + middle / scale;
-    const over = Math.ceil(Math.max(place - extent, -place, 0) * scale);
-    if (over > own / 2) continue;
-    const isAfter = place > extent;
-    found.push({
-      from,
-      length: own,
-      drawn: own + 2 * over,
-      skipped: isAfter ? 2 * over : 0,
-      middle: middle + (isAfter ? -over : over),
-    });
-  }
-  return found;
 }
