@@ -14,8 +14,8 @@ import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
 export const BACKENDS = ['webgpu', 'webgl2'];
 
 /** Starts `istar view dist` on a free port. */
-export async function serve() {
-  const server = spawn(cli, ['view', at('dist'), '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
+export async function serve(tool = cli) {
+  const server = spawn(tool, ['view', at('dist'), '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
   for await (const line of createInterface(server.stdout)) {
     const url = line.match(/http:\/\/127\.0\.0\.1:\d+\//)?.[0];
     if (url) return { url, stop: () => server.kill() };
@@ -23,7 +23,7 @@ export async function serve() {
   throw new Error('istar view ended without printing an address.');
 }
 
-export function launch() {
+export function launch(more = []) {
   return chromium.launch({
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
     headless: true,
@@ -41,6 +41,7 @@ export function launch() {
       '--use-angle=swiftshader',
       '--use-webgpu-adapter=swiftshader',
       '--enable-unsafe-swiftshader',
+      ...more,
     ],
   });
 }
@@ -120,6 +121,13 @@ export function serveFiles(answer) {
     server.close();
   });
   return files;
+}
+
+/** The same with the files of a folder. */
+export function serveFolder(folder) {
+  return serveFiles((request, response) => {
+    response.end(readFileSync(join(folder, new URL(request.url, 'http://localhost').pathname)));
+  });
 }
 
 /** A folder that is there as long as tests of a file run. */
