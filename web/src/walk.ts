@@ -2,7 +2,15 @@
 import { colorWord } from './colors.js';
 import { make } from './dom.js';
 import type { Host } from './host.js';
-import { type Neighbour, nearestTo, nearestTowards, neighboursOf, type Point, spotOf } from './neighbours.js';
+import {
+  middleOf,
+  type Neighbour,
+  nearestTo,
+  nearestTowards,
+  neighboursOf,
+  type Point,
+  spotOf,
+} from './neighbours.js';
 
 /** So many neighbours are told by name. */
 const MOST_TOLD = 8;
@@ -215,8 +223,7 @@ export class Walk {
         y: place.y + ((down - 0.5) * box.height) / place.scale,
       });
     }
-    const mean = (axis: 'x' | 'y') => seen.reduce((sum, at) => sum + at[axis], 0) / seen.length;
-    const [x, y] = [mean('x'), mean('y')];
+    const { x, y } = middleOf(seen);
     const away = (at: Point) => Math.hypot(at.x - x, at.y - y);
     const [first, ...others] = seen;
     if (first && seen.length >= SEEN)
