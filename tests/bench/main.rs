@@ -5,6 +5,8 @@
 //!   grow: the bench fails where they do.
 //! - `components`: connected components and the dual of large pictures, against copying them.
 //! - `open`: files to what is drawn, on one thread; `npm run bench` adds the same with the web's modules.
+//! - `frames`: a moving view in a browser, with what the viewer has beside the picture and without. It must not take much longer:
+//!   the bench fails where it does. Not of this program: `npm run bench` has it.
 //! - `facets`: boundaries that keep to the borders of cells, at 4×.
 //! - `zoom`: a drawing at 2048 pixels, enlarged to 16,384, beside the drawing itself.
 //! - `sizes`: a texel size for each block, against one for all, at the same number of scalars.

@@ -1,7 +1,6 @@
 // What stands beside the picture: buttons, scale bar, overview; and the view in a box, in a file, on paper, in another language.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
 import { after, beforeEach, test } from 'node:test';
 import { PNG } from 'pngjs';
 import * as harness from './harness.mjs';
@@ -12,9 +11,7 @@ const VIEWPORT = { width: 480, height: 360 };
 const run = harness.session();
 const folder = harness.temporaryFolder();
 const file = encodedLands(folder);
-const files = harness.serveFiles((request, response) => {
-  response.end(readFileSync(join(folder, request.url.split(/[/?]/)[1])));
-});
+const files = harness.serveFolder(folder);
 
 let page;
 let uncaught;
@@ -145,8 +142,20 @@ test('the overview frames what is seen, moves the view, and is drawn again only 
     const moved = count;
     viewer.styles = { colors: { '#c83232': { color: '#123456' } } };
     await viewer.painted;
-    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+    // It follows when the view rests.
+    for (let i = 0; i < 50 && count === 0; i++) await new Promise((done) => setTimeout(done, 100));
     const after = colorAt(0.1, 0.6);
+    // What the pointer lights up is told by the view.
+    viewer.setAttribute('interactive', '');
+    const stage = viewer.shadowRoot.querySelector('.stage');
+    for (const clientX of [150, 350]) {
+      stage.dispatchEvent(new PointerEvent('pointermove', { clientX, clientY: 180 }));
+      await viewer.painted;
+      await new Promise((done) => setTimeout(done, 300));
+    }
+    stage.dispatchEvent(new PointerEvent('pointerleave'));
+    await viewer.painted;
+    viewer.removeAttribute('interactive');
     viewer.styles = {};
     CanvasRenderingContext2D.prototype.drawImage = drawImage;
     return { before, moved, count, after };

@@ -4,6 +4,7 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { PNG } from 'pngjs';
 import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
@@ -118,6 +119,52 @@ test('a drag is followed to its end, however many frames it takes', async () => 
     harness.oracle(at('dist', 'gallery', 'map.istar'), place, SIZE),
     'cpu-drag',
   );
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('paper gets its 300 dots an inch at once, with styles', async () => {
+  const { page, uncaught, close } = await newPage();
+  await harness.openViewer(page, run.server.url, { src: 'made/tiles.istar', backend: 'cpu' });
+  // Strips above the picture, within it and below.
+  for (const [x, y, scale] of [
+    [128.3, 10.5, 5],
+    [100, 96, 1.2],
+  ]) {
+    await harness.zoomTo(page, x, y, scale);
+    const styles = await page.evaluate(() => {
+      const viewer = document.querySelector('istar-viewer');
+      viewer.styles = { all: { opacity: 0.75 } };
+      viewer.setStyle(viewer.pick(240, 240), { color: '#1e90ff' });
+      return viewer.styles;
+    });
+    const place = await harness.place(page);
+    const { sizes, data } = await page.evaluate(() => {
+      const viewer = document.querySelector('istar-viewer');
+      dispatchEvent(new Event('beforeprint'));
+      const canvases = [...viewer.shadowRoot.querySelectorAll('.stage canvas')];
+      const sizes = canvases.map(({ width, height }) => [width, height]);
+      const data = canvases[1].toDataURL().split(',')[1];
+      dispatchEvent(new Event('afterprint'));
+      return { sizes, data };
+    });
+    assert.deepEqual(sizes, [
+      [480, 360],
+      [1500, 1125],
+    ]);
+    const expected = harness.oracle(
+      tiles,
+      { ...place, scale: (place.scale * 300) / 96 },
+      { width: 1500, height: 1125 },
+      styles,
+    );
+    alike(PNG.sync.read(Buffer.from(data, 'base64')), expected, `cpu-paper-${scale}`);
+    // The screen goes on as it was.
+    const screen = harness.oracle(tiles, place, SIZE, styles);
+    alike(await harness.shot(page), screen, `cpu-after-paper-${scale}`);
+  }
+  const pdf = (await page.pdf({ width: '480px', height: '360px' })).toString('latin1');
+  assert.match(pdf, /\/Width 1500\b/);
   assert.deepEqual(uncaught, []);
   await close();
 });

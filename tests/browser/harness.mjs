@@ -1,21 +1,21 @@
-// What the browser tests share: the server under test, Chromium, and pictures compared pixel by pixel.
+// What the browser tests share: the server under test, browsers, and pictures compared pixel by pixel.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { after, before } from 'node:test';
-import { chromium } from 'playwright-core';
+import { chromium, firefox } from 'playwright-core';
 import { PNG } from 'pngjs';
 import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
 
 export const BACKENDS = ['webgpu', 'webgl2'];
 
 /** Starts `istar view dist` on a free port. */
-export async function serve() {
-  const server = spawn(cli, ['view', at('dist'), '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
+export async function serve(tool = cli) {
+  const server = spawn(tool, ['view', at('dist'), '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
   for await (const line of createInterface(server.stdout)) {
     const url = line.match(/http:\/\/127\.0\.0\.1:\d+\//)?.[0];
     if (url) return { url, stop: () => server.kill() };
@@ -23,7 +23,7 @@ export async function serve() {
   throw new Error('istar view ended without printing an address.');
 }
 
-export function launch() {
+export function launch(more = []) {
   return chromium.launch({
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
     headless: true,
@@ -41,16 +41,62 @@ export function launch() {
       '--use-angle=swiftshader',
       '--use-webgpu-adapter=swiftshader',
       '--enable-unsafe-swiftshader',
+      ...more,
     ],
   });
 }
 
+const FIREFOX = [
+  '/usr/bin/firefox-esr',
+  '/usr/bin/firefox',
+  '/Applications/Firefox.app/Contents/MacOS/firefox',
+];
+/** Where Firefox is, if anywhere; an empty variable leaves it out. */
+export const firefoxPath = process.env.FIREFOX ?? FIREFOX.find((path) => existsSync(path));
+
+/**
+ * Firefox, or nothing where there is none. With Xvfb on the path it has a screen of its own, without which it has no WebGL2.
+ * Playwright drives such a Firefox by WebDriver BiDi; from 1.65 on by commands that the ESR of 2026 does not know.
+ */
+export async function launchFirefox() {
+  if (!firefoxPath) return undefined;
+  const screen = await virtualScreen();
+  const { WAYLAND_DISPLAY, ...env } = process.env;
+  const browser = await firefox.launch({
+    channel: 'moz-firefox',
+    executablePath: firefoxPath,
+    headless: !screen,
+    env: { ...env, ...(screen && { DISPLAY: screen.name }), LIBGL_ALWAYS_SOFTWARE: '1' },
+    firefoxUserPrefs: {
+      'dom.webgpu.enabled': true,
+      'gfx.webgpu.ignore-blocklist': true,
+      // Nothing coasts.
+      'ui.prefersReducedMotion': 1,
+    },
+  });
+  browser.on('disconnected', () => screen?.stop());
+  return browser;
+}
+
+/** A screen in memory, if there is a program for it. */
+async function virtualScreen() {
+  const server = spawn('Xvfb', ['-displayfd', '1', '-screen', '0', '1280x1024x24', '-nolisten', 'tcp'], {
+    stdio: ['ignore', 'pipe', 'ignore'],
+  });
+  // Told by the end of its output too.
+  server.on('error', () => {});
+  for await (const number of createInterface(server.stdout)) {
+    return { name: `:${number}`, stop: () => server.kill() };
+  }
+  return undefined;
+}
+
 /** The server of the pages and a browser, for all tests of a file: `server` and `browser` once these run. */
-export function session() {
+export function session(launchBrowser = launch) {
   const session = {};
   before(async () => {
     session.server = await serve();
-    session.browser = await launch();
+    session.browser = await launchBrowser();
   });
   after(async () => {
     await session.browser?.close();
@@ -75,6 +121,13 @@ export function serveFiles(answer) {
     server.close();
   });
   return files;
+}
+
+/** The same with the files of a folder. */
+export function serveFolder(folder) {
+  return serveFiles((request, response) => {
+    response.end(readFileSync(join(folder, new URL(request.url, 'http://localhost').pathname)));
+  });
 }
 
 /** A folder that is there as long as tests of a file run. */

@@ -1,6 +1,6 @@
 // The legend: names that are searched, hidden, recoloured and lit, beside a viewer.
 import assert from 'node:assert/strict';
-import { readFileSync, writeFileSync } from 'node:fs';
+import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import * as harness from './harness.mjs';
@@ -20,9 +20,7 @@ for (const [name, more] of [
   encodedQuilt(folder, name, [128, 128], '--texel-size', '8', '--names', table);
 }
 encodedQuilt(folder, 'plain', [128, 128], '--texel-size', '8');
-const files = harness.serveFiles((request, response) => {
-  response.end(readFileSync(join(folder, request.url.split('/').at(-1))));
-});
+const files = harness.serveFolder(folder);
 
 /** A page with a viewer of a file, and a legend. */
 async function opened(name) {

@@ -2,11 +2,17 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, test } from 'node:test';
+import { at } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
-import { encodedLands } from './pictures.mjs';
+import { encodedLands, encodedQuilt } from './pictures.mjs';
 
 const run = harness.session();
-const picture = readFileSync(encodedLands(harness.temporaryFolder()));
+const folder = harness.temporaryFolder();
+const picture = readFileSync(encodedLands(folder));
+const map = readFileSync(at('dist', 'gallery', 'map.istar'));
+const quilt = readFileSync(
+  encodedQuilt(folder, 'quilt', [1024, 768], '--tile-size', '128', '--texel-size', '4'),
+);
 /** What slow servers have still to send. */
 const held = [];
 const release = () => {
@@ -16,10 +22,29 @@ const release = () => {
 /** Serves pictures badly. Names that end in -once go well once they are among `mended`. */
 const FAULTS = {
   none: (response) => response.end(picture),
+  whole: (response) => response.writeHead(200, { 'content-length': map.length }).end(map),
+  quilt: (response, _, range) => {
+    const [from, to] = /(\d+)-(\d+)/.exec(range).slice(1).map(Number);
+    const part = quilt.subarray(from, to + 1);
+    response.writeHead(206, {
+      'content-range': `bytes ${from}-${from + part.length - 1}/${quilt.length}`,
+      'cache-control': 'no-store',
+    });
+    response.end(part);
+  },
   missing: (response) => response.writeHead(404).end(),
   forbidden: (response) => response.writeHead(403).end(),
-  // Tried again before it is said.
+  // These are tried again before it is said.
   unavailable: (response) => response.writeHead(503).end(),
+  'out-of-order': (response) => response.writeHead(500).end(),
+  late: (response) => response.writeHead(504).end(),
+  // A server that lets no other origin's pages read it.
+  closed: (response, bytes) => {
+    response.removeHeader('access-control-allow-origin');
+    response.end(bytes);
+  },
+  // What is there in place of files that are not: a page.
+  page: (response) => response.writeHead(200, { 'content-type': 'text/html' }).end('<!doctype html><p>Hello'),
   broken: (response, bytes) => {
     response.writeHead(200, { 'content-length': bytes.length });
     response.write(bytes.subarray(0, bytes.length / 2), () => setTimeout(() => response.destroy(), 50));
@@ -43,7 +68,7 @@ const mended = new Set();
 const files = harness.serveFiles((request, response) => {
   const name = request.url.slice(1);
   if (mended.has(name)) response.end(picture);
-  else FAULTS[name.replace(/-once$/, '')](response, picture);
+  else FAULTS[name.replace(/-once$/, '')](response, picture, request.headers.range);
 });
 
 const alertOf = (page) => page.locator('istar-viewer [role=alert]');
@@ -58,6 +83,10 @@ const failures = [
   ['missing', 'http', /404/],
   ['forbidden', 'http', /403/],
   ['unavailable', 'http', /503/],
+  ['out-of-order', 'http', /500/],
+  ['late', 'http', /504/],
+  ['closed', 'network', /could not be reached/],
+  ['page', 'malformed', /./],
   ['broken', 'network', /broke after .* of /],
   ['refused', 'network', /could not be reached/],
   ['truncated', 'malformed', /./],
@@ -97,6 +126,111 @@ for (const [name, kind, text] of failures) {
     assert.deepEqual(uncaught, []);
   });
 }
+
+test('without a network it says so, and retry works once there is one', async () => {
+  const { page, uncaught, close } = await open('');
+  await page.context().setOffline(true);
+  await page.evaluate((src) => {
+    document.querySelector('istar-viewer').src = src;
+  }, `${files.base}none`);
+  const detail = await harness.event(page, 'error');
+  assert.equal(detail.kind, 'network');
+  await alertOf(page).getByText(detail.message).waitFor();
+  await page.context().setOffline(false);
+  await page.getByRole('button', { name: 'Retry' }).click();
+  await harness.event(page, 'load');
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+/** From now on the page's network is as slow as what browsers' tools call Slow 3G. */
+async function slowDown(page) {
+  const cdp = await page.context().newCDPSession(page);
+  const throughput = 50_000;
+  await cdp.send('Network.enable');
+  await cdp.send('Network.emulateNetworkConditions', {
+    offline: false,
+    latency: 2000,
+    downloadThroughput: throughput,
+    uploadThroughput: throughput,
+  });
+}
+
+/** Shows a picture, and tells what is seen until its first frame: when, which bytes, which share of all. */
+function watched(page, src) {
+  return page.evaluate(async (src) => {
+    const viewer = document.querySelector('istar-viewer');
+    const progress = viewer.shadowRoot.querySelector('.progress');
+    const bar = progress.querySelector('[role=progressbar]');
+    const seen = [];
+    let isThere = false;
+    viewer.addEventListener('load', () => {
+      isThere = true;
+    });
+    const start = performance.now();
+    viewer.src = src;
+    while (!isThere) {
+      // Text alone is nothing to see: it appears after a while.
+      if (progress.checkVisibility() && getComputedStyle(progress).opacity > 0.5) {
+        const loaded = window.seen.findLast(({ name }) => name === 'progress')?.detail.loaded ?? 0;
+        seen.push({ at: performance.now() - start, loaded, share: bar.ariaValueNow });
+      }
+      await new Promise((done) => setTimeout(done, 50));
+    }
+    return { seen, loaded: seen.map(({ loaded }) => loaded), isOver: !progress.checkVisibility() };
+  }, src);
+}
+
+/** Never less than before, and in more than a few steps. */
+function grows(values) {
+  return new Set(values).size > 5 && values.every((value, i) => i === 0 || value >= values[i - 1]);
+}
+
+// All at once: they wait for their networks most of the time.
+test('on a slow network', { concurrency: true }, async (t) => {
+  const part = async (name, step) => {
+    const { page, uncaught, close } = await open('');
+    await slowDown(page);
+    await t.test(name, () => step(page));
+    assert.deepEqual(uncaught, []);
+    await close();
+  };
+  await Promise.all([
+    part('progress is soon seen, grows to all of the file, and goes', async (page) => {
+      const { seen, loaded, isOver } = await watched(page, `${files.base}whole`);
+      const shares = seen.map(({ share }) => Number(share));
+      assert.ok(seen[0].at < 1000, `seen after ${seen[0].at} ms`);
+      assert.ok(grows(loaded) && grows(shares), `${loaded}; ${shares}`);
+      assert.ok(isOver);
+    }),
+    part('progress is soon seen, grows and goes, where files are read by ranges', async (page) => {
+      const { seen, loaded, isOver } = await watched(page, `${run.server.url}gallery/map.istar`);
+      assert.ok(seen[0].at < 1000, `seen after ${seen[0].at} ms`);
+      assert.ok(grows(loaded), `${loaded}`);
+      // Nobody knows how much of the file the view needs.
+      assert.ok(seen.every(({ share }) => share === null));
+      assert.ok(isOver);
+    }),
+    part('a picture in tiles is seen before all of it is there', async (page) => {
+      const { first, all, colors } = await page.evaluate(async (src) => {
+        const viewer = document.querySelector('istar-viewer');
+        const start = performance.now();
+        viewer.src = src;
+        location.hash = '#view=512,384,2';
+        await new Promise((done) => viewer.addEventListener('load', done));
+        const first = performance.now() - start;
+        const canvas = viewer.shadowRoot.querySelector('.stage canvas');
+        const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+        const colors = new Set(new Uint32Array(data.buffer)).size;
+        await viewer.painted;
+        return { first, all: performance.now() - start, colors };
+      }, `${files.base}quilt`);
+      console.log(`a first picture after ${first.toFixed()} ms, all of the view after ${all.toFixed()} ms`);
+      assert.ok(all > first + 1000);
+      assert.ok(colors > 1);
+    }),
+  ]);
+});
 
 test('progress is shown, with a share where the length is known', async () => {
   for (const [name, total] of [

@@ -1,6 +1,6 @@
 // What regions are called: told on hover and in events, and read by a module of its own.
 import assert from 'node:assert/strict';
-import { readFileSync, writeFileSync } from 'node:fs';
+import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import * as harness from './harness.mjs';
@@ -20,9 +20,7 @@ for (const [name, ...options] of [
   encodedQuilt(folder, name, [128, 128], '--names', table, ...options);
 }
 encodedQuilt(folder, 'plain', [128, 128], '--texel-size', '8');
-const files = harness.serveFiles((request, response) => {
-  response.end(readFileSync(join(folder, request.url.split('/').at(-1))));
-});
+const files = harness.serveFolder(folder);
 
 /** Opens the full-window page and notes whether it asks for the module that reads names. */
 async function opened(name) {

@@ -1,7 +1,5 @@
 // Figures of odd sizes, out of sight, taken away while they load, on machines that are too slow.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
 import { afterEach, beforeEach, test } from 'node:test';
 import * as harness from './harness.mjs';
 import { encodedLands, encodedQuilt } from './pictures.mjs';
@@ -12,9 +10,7 @@ const run = harness.session();
 const folder = harness.temporaryFolder();
 const file = encodedQuilt(folder, 'quilt', [600, 300], '--texel-size', '8');
 encodedLands(folder);
-const files = harness.serveFiles((request, response) =>
-  response.end(readFileSync(join(folder, request.url.slice(1)))),
-);
+const files = harness.serveFolder(folder);
 let page;
 let uncaught;
 let close;

@@ -1,7 +1,7 @@
 // Styles of regions: what the page sets is what the command line draws, whatever draws it.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { readFileSync, writeFileSync } from 'node:fs';
+import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { PNG } from 'pngjs';
@@ -16,9 +16,7 @@ const PLACE = '3080,740,2';
 
 const run = harness.session();
 const folder = harness.temporaryFolder();
-const files = harness.serveFiles((request, response) =>
-  response.end(readFileSync(join(folder, request.url))),
-);
+const files = harness.serveFolder(folder);
 
 async function opened(backend) {
   const opened = await harness.newPage(run.browser, { viewport: SIZE });

@@ -1,7 +1,5 @@
 // Regions by keyboard: from neighbour to neighbour, lifted out and spoken of.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
 import { after, beforeEach, test } from 'node:test';
 import * as harness from './harness.mjs';
 import { encodedLands } from './pictures.mjs';
@@ -11,9 +9,7 @@ const VIEWPORT = { width: 480, height: 360 };
 const run = harness.session();
 const folder = harness.temporaryFolder();
 encodedLands(folder);
-const files = harness.serveFiles((request, response) => {
-  response.end(readFileSync(join(folder, request.url.split(/[/?]/)[1])));
-});
+const files = harness.serveFolder(folder);
 
 let page;
 let uncaught;

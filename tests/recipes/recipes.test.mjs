@@ -161,6 +161,22 @@ const SITES = {
       return page.locator('.md-search-result__link').first();
     },
   },
+  Docusaurus: {
+    pages: {
+      'docs/index.md': `---\nslug: /\n---\n\n# Home\n\n${TEXT} [All figures](figures.mdx)\n`,
+      'package.json': '{}',
+    },
+    figures: 'static/figures',
+    out: 'build',
+    page: 'figures/',
+    isClientSide: true,
+    stored: (isDark) => ({ theme: isDark ? 'dark' : 'light' }),
+    search: async (page) => {
+      await page.getByPlaceholder('Search').first().click();
+      await page.keyboard.type('archipelago');
+      return page.locator('[class*=suggestion]').first();
+    },
+  },
   VitePress: {
     pages: {
       'index.md': `# Home\n\n${TEXT} [All figures](./figures.md)\n`,

@@ -1,6 +1,7 @@
 import { make } from './dom.js';
 import type { Host } from './host.js';
 import { STEP_ZOOM } from './keyboard.js';
+import type { Place } from './place.js';
 
 /** As paths in a square of 16. */
 const ICONS = {
@@ -44,9 +45,9 @@ export class Buttons {
   }
 
   /** Shows whether, and how far, the picture is turned. */
-  update(isWanted: boolean): void {
-    const { place } = this.#host.view;
-    this.root.hidden = !isWanted;
+  /** Hidden without a place. */
+  update(place: Place | undefined): void {
+    this.root.hidden = !place;
     if (!place) return;
     const { rotation, flipped } = place;
     const isUpright = rotation === 0 && !flipped;

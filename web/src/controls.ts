@@ -25,10 +25,11 @@ export class Controls {
   /** After every frame, and where an attribute has changed. */
   update(): void {
     const { element, view } = this.#host;
-    const isThere = view.place !== undefined;
-    const wants = (name: string) => isThere && element.hasAttribute(name);
-    this.#buttons.update(wants('controls'));
-    this.#scaleBar.update(wants('scalebar'));
-    this.#overview.update(wants('navigator'));
+    // Asked once: the figure is measured for it.
+    const { place } = view;
+    const wanted = (name: string) => (element.hasAttribute(name) ? place : undefined);
+    this.#buttons.update(wanted('controls'));
+    this.#scaleBar.update(wanted('scalebar'));
+    this.#overview.update(wanted('navigator'));
   }
 }

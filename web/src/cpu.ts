@@ -1,10 +1,13 @@
 // Draws without a GPU. A module of its own, fetched only then: dist/istar-cpu.js.
+import { Frame, initSync, PaintedTile } from '#encoder';
 import type { Camera, Tile } from '#wasm';
 import type { RawTile } from './archive.js';
 import type { Renderer, Scene } from './engine.js';
 import type { ErrorKind } from './errors.js';
 import { painterWorker } from './fetched.js';
+import { pieces } from './pieces.js';
 import type { Centre } from './place.js';
+import { inPicture } from './turn.js';
 
 /** What the worker is given: a tile, styles of one, the number of one that is no longer needed, or a view to paint. */
 export type PaintJob =
@@ -13,14 +16,17 @@ export type PaintJob =
   | { free: number }
   | { frame: number; tiles: number[]; width: number; height: number; scale: number; centre: Centre };
 
-/** What it says: that it is there, a painted view, or what went wrong. */
+/** What it says: that it is there, and the module that it has compiled, a painted view, or what went wrong. */
 export type PaintAnswer =
-  | { ready: true }
+  | { ready: true; module: WebAssembly.Module | undefined }
   | { frame: number; image: ImageBitmap }
   | { kind: ErrorKind; message: string };
 
 interface PaintedScene extends Scene {
   tile: number;
+  raw: RawTile;
+  /** All styles that it was given. */
+  words: Uint32Array | undefined;
 }
 
 interface Waiting {
@@ -28,21 +34,35 @@ interface Waiting {
   reject: (cause: unknown) => void;
 }
 
-/** One worker a page, which paints one view after the other. */
+/** So many pixels for paper are painted at a time. */
+const AT_ONCE = 1024 * 1024;
+/** Where a file's head has the picture's width and height: src/container/SPEC.md. */
+const SIZE_AT = 16;
+
+/**
+ * One worker a page, which paints one view after the other. Paper waits for nobody: what is drawn for it is painted here, with what the
+ * worker has compiled.
+ */
 class CpuRenderer implements Renderer {
   readonly backend = 'cpu';
   readonly ready: Promise<void>;
   readonly #worker = painterWorker();
   readonly #waiting = new Map<number, Waiting>();
   #last = 0;
-  #frame: number[] = [];
+  #frame: PaintedScene[] = [];
+  /** What was painted for paper, until it is copied. */
+  canvas?: OffscreenCanvas;
+  #module: WebAssembly.Module | undefined;
+  #isStarted = false;
   #fault: Error | undefined;
 
   constructor() {
     this.ready = new Promise((resolve, reject) => {
       this.#worker.addEventListener('message', ({ data }: MessageEvent<PaintAnswer>) => {
-        if ('ready' in data) resolve();
-        else if ('image' in data) {
+        if ('ready' in data) {
+          this.#module = data.module;
+          resolve();
+        } else if ('image' in data) {
           this.#waiting.get(data.frame)?.resolve(data.image);
           this.#waiting.delete(data.frame);
         } else reject(this.#stop(data));
@@ -59,25 +79,87 @@ class CpuRenderer implements Renderer {
     // Of its own: what is sent is a whole buffer.
     const bytes = raw.bytes.slice();
     this.#post({ ...raw, tile, bytes }, [bytes.buffer]);
-    return { tile, bytes: size, free: () => this.#post({ free: tile }) };
+    return { tile, raw, words: undefined, bytes: size, free: () => this.#post({ free: tile }) };
   }
 
-  setStyles({ tile }: PaintedScene, first: number, words: Uint32Array): void {
-    this.#post({ tile, first, words });
+  setStyles(scene: PaintedScene, first: number, words: Uint32Array): void {
+    // The first time they are those of all regions.
+    if (scene.words) scene.words.set(words, 4 * first);
+    else scene.words = words.slice();
+    this.#post({ tile: scene.tile, first, words });
   }
 
   place(scene: PaintedScene): void {
-    this.#frame.push(scene.tile);
+    this.#frame.push(scene);
   }
 
-  draw(camera: Camera, _: boolean, step: number, width: number, height: number): Promise<ImageBitmap> {
+  draw(
+    camera: Camera,
+    _quick: boolean,
+    step: number,
+    width: number,
+    height: number,
+    // biome-ignore lint/suspicious/noConfusingVoidType: as its interface has it.
+  ): Promise<ImageBitmap> | void {
     const frame = ++this.#last;
-    const tiles = this.#frame.splice(0);
+    const scenes = this.#frame.splice(0);
+    // Told by the event that is being dealt with: a listener of its own would hear of it after the figures.
+    if (window.event?.type === 'beforeprint' && this.#module && !this.#fault)
+      return this.#paintNow(this.#module, scenes, camera, width, height);
+    const tiles = scenes.map(({ tile }) => tile);
     return new Promise((resolve, reject) => {
       if (this.#fault) return reject(this.#fault);
       this.#waiting.set(frame, { resolve, reject });
       this.#post({ frame, tiles, width, height, scale: camera.scale / step, centre: camera.place() });
     });
+  }
+
+  /** In strips, so that no more than the picture itself is held. */
+  #paintNow(
+    module: WebAssembly.Module,
+    scenes: PaintedScene[],
+    camera: Camera,
+    width: number,
+    height: number,
+  ): void {
+    if (!this.#isStarted) initSync({ module });
+    this.#isStarted = true;
+    const canvas = new OffscreenCanvas(width, height);
+    this.canvas = canvas;
+    queueMicrotask(() => {
+      delete this.canvas;
+    });
+    const context = canvas.getContext('2d');
+    const head = scenes[0]?.raw.head;
+    if (!context || !head) return;
+    const view = new DataView(head.buffer, head.byteOffset);
+    const extent = { width: view.getUint32(SIZE_AT, true), height: view.getUint32(SIZE_AT + 4, true) };
+    const [x, y, moreX, moreY, rotation, flipped] = camera.place();
+    const { scale } = camera;
+    const place = { x: x + moreX, y: y + moreY, scale, rotation, flipped: flipped !== 0 };
+    const tiles: PaintedTile[] = [];
+    try {
+      for (const { raw, words } of scenes) {
+        const tile = PaintedTile.read(raw.head, raw.level, raw.x, raw.y, raw.bytes);
+        tiles.push(tile);
+        if (words) tile.setStyles(0, words);
+      }
+      const rows = Math.max(1, Math.floor(AT_ONCE / width));
+      for (const { from, own, over } of pieces([width, height], [width, rows], place, extent)) {
+        const [wide, high] = [own[0] + 2 * Math.abs(over[0]), own[1] + 2 * Math.abs(over[1])];
+        const way = inPicture(place, {
+          x: from[0] + own[0] / 2 + over[0] - width / 2,
+          y: from[1] + own[1] / 2 + over[1] - height / 2,
+        });
+        const frame = new Frame(wide, high, scale, x, y, moreX + way.x, moreY + way.y, rotation, flipped);
+        for (const tile of tiles) frame.paint(tile);
+        const pixels = new ImageData(new Uint8ClampedArray(frame.pixels()), wide, high);
+        const [left, top] = [Math.max(-2 * over[0], 0), Math.max(-2 * over[1], 0)];
+        context.putImageData(pixels, from[0] - left, from[1] - top, left, top, ...own);
+      }
+    } finally {
+      for (const tile of tiles) tile.free();
+    }
   }
 
   #post(job: PaintJob, transfer: Transferable[] = []): void {

@@ -141,7 +141,7 @@ export function neighboursOf(view: View, region: number): Neighbour[] {
   return around.sort((a, b) => b.border.length - a.border.length);
 }
 
-function middleOf(cells: Point[]): Point {
+export function middleOf(cells: Point[]): Point {
   const mean = (axis: 'x' | 'y') => cells.reduce((sum, cell) => sum + cell[axis], 0) / cells.length;
   return { x: mean('x'), y: mean('y') };
 }

@@ -1,10 +1,13 @@
 import { make } from './dom.js';
 import type { Host } from './host.js';
+import type { Place } from './place.js';
 import type { View } from './view.js';
 
 /** The longer side, and what a figure must have of room for it to be of use. */
 const LONGER_PX = 140;
 const LEAST_ROOM = 2;
+/** It is drawn anew when no frame has come for so long: all of a picture may take many times as long as a piece of it. */
+const REST_MS = 200;
 
 /** All of the picture, small, with a frame around what the view shows: a press or a drag moves the view there. */
 export class Overview {
@@ -13,6 +16,7 @@ export class Overview {
   readonly #host: Host;
   #small: View | undefined;
   #drawn = -1;
+  #timer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(host: Host) {
     this.#host = host;
@@ -40,12 +44,13 @@ export class Overview {
     this.root.addEventListener('pointermove', drag);
   }
 
-  update(isWanted: boolean): void {
+  /** Hidden without a place. */
+  update(place: Place | undefined): void {
     const { view } = this.#host;
-    const { place, file } = view;
+    const { file } = view;
     const room = view.canvas.clientWidth;
     const [width, height] = this.#size();
-    const isShown = isWanted && !!place && !!file && room >= LEAST_ROOM * LONGER_PX;
+    const isShown = !!place && !!file && room >= LEAST_ROOM * LONGER_PX;
     this.root.hidden = !isShown;
     if (!isShown || !place) {
       this.#small?.clear();
@@ -62,10 +67,14 @@ export class Overview {
       this.#small = view.twin();
       if (this.#small) this.root.prepend(this.#small.canvas);
     }
-    // Regions may look otherwise than when it was drawn.
-    const { version } = view.styles;
-    if (this.#drawn !== version) this.#small?.redraw();
-    this.#drawn = version;
+    // Regions may look otherwise than when it was drawn; what is highlighted is told by the view.
+    const { version, lights } = view.styles;
+    clearTimeout(this.#timer);
+    if (this.#drawn !== version - lights)
+      this.#timer = setTimeout(() => {
+        this.#drawn = version - lights;
+        this.#small?.redraw();
+      }, REST_MS);
     if (place.rotation || place.flipped) {
       // Turned as the view is, the other way round.
       const [wide, high] = [room, view.canvas.clientHeight].map((seen) => (seen / place.scale) * shrink);

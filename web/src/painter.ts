@@ -1,5 +1,5 @@
 // The worker that paints where there is no GPU. Its module is the encoder's, which has the painter too.
-import { Frame, PaintedTile } from '#encoder';
+import { compiled, Frame, PaintedTile } from '#encoder';
 import type { PaintAnswer, PaintJob } from './cpu.js';
 import { loadEncoder } from './encoder.js';
 import { viewerError } from './errors.js';
@@ -9,7 +9,7 @@ const tiles = new Map<number, PaintedTile>();
 addEventListener('message', ({ data }: MessageEvent<PaintJob>) => attempt(() => work(data)));
 attempt(async () => {
   await loadEncoder();
-  answer({ ready: true });
+  answer({ ready: true, module: compiled });
 });
 
 /** What goes wrong here goes wrong again: the viewer starts another worker, or gives up. */

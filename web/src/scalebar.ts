@@ -1,5 +1,6 @@
 import { make } from './dom.js';
 import type { Host } from './host.js';
+import type { Place } from './place.js';
 
 /** It is as long as that at most, and 0.4 of it at least. */
 const MOST_PX = 110;
@@ -15,11 +16,12 @@ export class ScaleBar {
     this.root.role = 'img';
   }
 
-  update(isWanted: boolean): void {
-    const { element, view, say } = this.#host;
-    const scale = view.place?.scale;
-    this.root.hidden = !isWanted || !scale;
-    if (this.root.hidden || !scale) return;
+  /** Hidden without a place. */
+  update(place: Place | undefined): void {
+    const { element, say } = this.#host;
+    this.root.hidden = !place;
+    if (!place) return;
+    const { scale } = place;
     const perPixel = Number(element.getAttribute('unit-per-pixel') ?? 1);
     // Nonsense is as if nothing was said.
     const unit = perPixel > 0 && perPixel < Number.POSITIVE_INFINITY ? perPixel : 1;

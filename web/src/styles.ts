@@ -28,13 +28,11 @@ export class Styles {
   #absorb: typeof import('./absorb.js').absorb | undefined;
   unready: Promise<void> | undefined;
   /** Grows with each change. */
-  #version = 0;
+  version = 0;
+  /** How many of these were no more than the highlight. */
+  lights = 0;
   /** What changed in the last versions; undefined for more than few regions. */
   #changes: (number[] | undefined)[] = [];
-
-  get version(): number {
-    return this.#version;
-  }
 
   get sheet(): StyleSheet {
     return structuredClone(this.#sheet);
@@ -68,6 +66,7 @@ export class Styles {
 
   /** Highlights one region in place of the last. */
   light(region: number | undefined): void {
+    this.lights++;
     const changed = [this.#lit, region].filter((one) => one !== undefined);
     this.#lit = region;
     this.#changed(changed);
@@ -90,8 +89,8 @@ export class Styles {
     tiles: Tiles,
   ): void {
     const { tile, styled } = loaded;
-    if (this.#version === 0 || (styled?.version === this.#version && styled.ratio === ratio)) return;
-    loaded.styled = { version: this.#version, ratio };
+    if (this.version === 0 || (styled?.version === this.version && styled.ratio === ratio)) return;
+    loaded.styled = { version: this.version, ratio };
     loaded.regions ??= tile.regions();
     const half = loaded.regions.length / 2;
     const ids = loaded.regions.subarray(0, half);
@@ -132,8 +131,8 @@ export class Styles {
 
   /** The regions that changed since a version; undefined where they are many. */
   #since(version: number): Set<number> | undefined {
-    const changes = this.#changes.slice(version - this.#version);
-    if (changes.length < this.#version - version) return undefined;
+    const changes = this.#changes.slice(version - this.version);
+    if (changes.length < this.version - version) return undefined;
     const few = new Set<number>();
     for (const regions of changes) {
       if (!regions) return undefined;
@@ -143,7 +142,7 @@ export class Styles {
   }
 
   #changed(regions: number[] | undefined): void {
-    this.#version++;
+    this.version++;
     this.#changes.push(regions && regions.length <= FEW ? regions : undefined);
     if (this.#changes.length > FEW) this.#changes.shift();
   }

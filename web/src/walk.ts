@@ -3,7 +3,7 @@ import { adopt } from './adopt.js';
 import { colorWord } from './colors.js';
 import { make } from './dom.js';
 import type { Host } from './host.js';
-import { type Neighbour, nearestTo, nearestTowards, neighboursOf, spotOf } from './neighbours.js';
+import { middleOf, type Neighbour, nearestTo, nearestTowards, neighboursOf, spotOf } from './neighbours.js';
 import { inPicture, onScreen, type Point } from './turn.js';
 import css from './walk.css';
 
@@ -223,8 +223,7 @@ export class Walk {
       const way = inPicture(place, { x: (right - 0.5) * box.width, y: (down - 0.5) * box.height });
       seen.push({ x: place.x + way.x, y: place.y + way.y });
     }
-    const mean = (axis: 'x' | 'y') => seen.reduce((sum, at) => sum + at[axis], 0) / seen.length;
-    const [x, y] = [mean('x'), mean('y')];
+    const { x, y } = middleOf(seen);
     const away = (at: Point) => Math.hypot(at.x - x, at.y - y);
     const [first, ...others] = seen;
     if (first && seen.length >= SEEN)

@@ -2,9 +2,9 @@
 // the arguments choose some.
 import { existsSync, mkdirSync, rmSync } from 'node:fs';
 import { measureWeb } from '../../tests/bench/open.mjs';
-import { wasmModules } from './build.mjs';
+import { build, wasmModules } from './build.mjs';
 import { at, cli, main, output, run, TaskError, VTRACER } from './project.mjs';
-import { cargoTool } from './setup.mjs';
+import { cargoTool, setup } from './setup.mjs';
 
 /** What `rd` compares with, from the Python package index. */
 const CODECS = [
@@ -19,7 +19,9 @@ const PICTURES = ['emblem', 'map'];
 
 await main(import.meta.url, async () => {
   const words = process.argv.slice(2);
-  const others = words.filter((word) => word !== 'rd');
+  const moves = words.length === 0 || words.includes('frames');
+  if (words.length === 1 && moves) return frames();
+  const others = words.filter((word) => word !== 'rd' && word !== 'frames');
   // All words that are pictures may belong to it.
   if (others.length < words.length) rates(others.filter((word) => PICTURES.includes(word)));
   if (others.length < words.length && others.every((word) => PICTURES.includes(word))) return;
@@ -39,7 +41,17 @@ await main(import.meta.url, async () => {
     await wasmModules();
     await measureWeb(folder, at('target', 'web'), at('dist'));
   }
+  if (moves) await frames();
 });
+
+/** A moving view in a browser. */
+async function frames() {
+  await setup({ tests: true });
+  await build();
+  // What it needs is there only now.
+  const { measureFrames } = await import('../../tests/bench/frames.mjs');
+  await measureFrames();
+}
 
 /** Bytes against quality, for IStar and others. */
 function rates(pictures) {

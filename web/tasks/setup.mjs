@@ -16,12 +16,16 @@ import {
 } from './project.mjs';
 
 const TEST_PACKAGES = ['chromium', 'chromium-driver', 'mesa-vulkan-drivers', 'libvulkan1'];
+/** What tests use where they find it: Firefox, and what gives it WebGL2 without a screen. */
+const WELCOME_PACKAGES = ['firefox-esr', 'xvfb', 'libegl1', 'libgl1', 'libgl1-mesa-dri'];
+/** Nobody waits long for them where there is no network. */
+const QUICK = ['-o', 'Acquire::Retries=0', '-o', 'Acquire::http::Timeout=10'];
 
 export async function setup({ tests }) {
   await compiler();
   rustTarget();
   // While compilers keep the cores busy, the rest waits for the network.
-  await Promise.all([cargoTools(tests), nodeModules(), tests ? debianPackages(TEST_PACKAGES) : undefined]);
+  await Promise.all([cargoTools(tests), nodeModules(), tests ? testPackages() : undefined]);
 }
 
 async function cargoTools(tests) {
@@ -68,7 +72,17 @@ async function nodeModules() {
   await runBeside('npm', ['ci']);
 }
 
-async function debianPackages(names) {
+async function testPackages() {
+  await debianPackages(TEST_PACKAGES);
+  try {
+    await debianPackages(WELCOME_PACKAGES, QUICK);
+  } catch (error) {
+    if (!(error instanceof TaskError)) throw error;
+    console.log(`${error.message}\nThe tests in Firefox may be left out for that.`);
+  }
+}
+
+async function debianPackages(names, options = []) {
   if (output('dpkg-query', ['--version']) === undefined) {
     console.log(`This is not Debian: make sure that these are installed: ${names.join(', ')}`);
     return;
@@ -83,8 +97,8 @@ async function debianPackages(names) {
       `Some packages are missing. Run this, then start again:\n  sudo sh -c 'apt-get update && apt-get ${install.join(' ')}'`,
     );
   }
-  await runBeside('apt-get', ['update']);
-  await runBeside('apt-get', install, { DEBIAN_FRONTEND: 'noninteractive' });
+  await runBeside('apt-get', [...options, 'update']);
+  await runBeside('apt-get', [...options, ...install], { DEBIAN_FRONTEND: 'noninteractive' });
 }
 
 await main(import.meta.url, () => setup({ tests: true }));

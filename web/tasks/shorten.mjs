@@ -1,7 +1,7 @@
 // wasm-bindgen names each of the module's several hundred imports and exports at length, some with a hash, in both halves, and that
 // does not compress: a tenth of the download. Here they get short names, and imports that do the same become one. What the viewer has
-// no use for goes: other ways to load a module, and to free what it made.
-import { readFileSync, writeFileSync } from 'node:fs';
+// no use for goes: most other ways to load a module, and to free what it made.
+import { appendFileSync, readFileSync, writeFileSync } from 'node:fs';
 import { TaskError } from './project.mjs';
 
 /** One property of the glue's import object, as wasm-bindgen lays it out. */
@@ -26,8 +26,14 @@ const SMALL_LOADER = `async function __wbg_init({ module_or_path: response }) {
     return __wbg_finalize_init(instance, module);
 }
 
-export { __wbg_init as default };
+function initSync({ module }) {
+    return __wbg_finalize_init(new WebAssembly.Instance(module, __wbg_get_imports()), module);
+}
+
+export { wasmModule as compiled, initSync, __wbg_init as default };
 `;
+/** What one thread may give another, which starts it by `initSync`. */
+const COMPILED = 'export const compiled: WebAssembly.Module | undefined;\n';
 
 /** Rewrites both files in place. */
 export function shortenNames(glue, module) {
@@ -81,6 +87,7 @@ export function shortenNames(glue, module) {
     .replace(NO_REGISTRY, '')
     .replace(/\bwasm\.(\w+)/g, (_, name) => `wasm.${shortExport(name)}`);
   writeFileSync(glue, after);
+  appendFileSync(glue.replace(/js$/, 'd.ts'), COMPILED);
 }
 
 const HEADER_BYTES = 8;

@@ -21,9 +21,19 @@ const LINKS = {
   'web/recipes.md': 'documentation.html',
   'src/container/SPEC.md': 'format.html',
   'web/readme.png': 'readme.png',
+  'web/viewer-dark.png': 'viewer-dark.png',
+  'web/viewer-light.png': 'viewer-light.png',
   'web/gallery/SOURCES.md': 'SOURCES.md',
 };
-const COPIED = ['LICENSE-MIT', 'LICENSE-APACHE', 'web/readme.png', 'web/gallery/SOURCES.md', 'web/page.css'];
+const COPIED = [
+  'LICENSE-MIT',
+  'LICENSE-APACHE',
+  'web/readme.png',
+  'web/viewer-dark.png',
+  'web/viewer-light.png',
+  'web/gallery/SOURCES.md',
+  'web/page.css',
+];
 
 /** The site from what is in dist. */
 export function site() {
@@ -85,6 +95,11 @@ function markdown(path) {
   const marked = new Marked({
     walkTokens(token) {
       if (token.type === 'link' || token.type === 'image') token.href = LINKS[token.href] ?? token.href;
+      if (token.type === 'html')
+        token.text = token.text.replace(
+          /((?:src|srcset)=")([^"]+)/g,
+          (_, before, path) => before + (LINKS[path] ?? path),
+        );
     },
   });
   return marked.parse(readFileSync(at(path), 'utf8'));
