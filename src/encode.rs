@@ -1,6 +1,6 @@
 //! The whole way from a source to a model: the only place that knows every stage.
 
-use crate::complex::{self, CellLists, Cut, Dual, Gathered, dual, merge_specks};
+use crate::complex::{self, CellLists, Cut, Dual, Gathered, Sided, dual, merge_specks};
 use crate::container::Notes;
 use crate::embed::{self, Embedding};
 use crate::error::{Error, Result};
@@ -12,7 +12,7 @@ use crate::hidden::{self, BlockSizes};
 use crate::kernel::Kernel;
 use crate::labels::{Connectivity, Regions, Source, components};
 use crate::limits::Limits;
-use crate::model::{Block, Cells, Image, Node, Region, RegionId};
+use crate::model::{Block, Cells, Image, Node, NodeId, Region, RegionId};
 use crate::raster;
 use crate::sizes::Sizes;
 use rayon::prelude::*;
@@ -193,6 +193,12 @@ impl<'a> Prepared<'a> {
         Ok(Prepared { source, options, regions, dual, guessed, effort: Effort::Full })
     }
 
+    /// Whether regions may have hidden nodes. A layer parts every node of one region from every node of
+    /// another: there would be no room.
+    pub(crate) fn may_hide(&self) -> bool {
+        self.options.hidden_nodes && self.options.forbidden.is_empty()
+    }
+
     /// The image with one of [`TEXEL_SIZES`], whatever the options say.
     pub(crate) fn encode(
         &self,
@@ -211,16 +217,24 @@ impl<'a> Prepared<'a> {
     ) -> Result<(Image, Notes)> {
         let sizes = vec![texel_log2; grid::count(grid::pieces(self.regions.size, block_log2))];
         let blocks = BlockSizes { block_log2, sizes: &sizes };
-        let cut = self.cut(blocks, self.options.price, None, stage);
+        let price = self.options.price;
+        let mut sided = None;
+        if self.may_hide() {
+            stage("looking for strokes");
+            sided = hidden::sided(self, 1 << texel_log2, price);
+        }
+        let whole = self.whole();
+        let base = sided.as_ref().map_or(whole, |(sided, dual)| Parts::of_sided(sided, dual));
+        let cut = self.cut(base, blocks, price, None, stage);
         // Hidden nodes find their places between the others.
-        let placed: Option<Embedding<3>> = cut.is_some().then(|| {
+        let placed: Option<Embedding<3>> = (sided.is_some() || cut.is_some()).then(|| {
             stage("placing nodes");
-            let mut cells = CellLists::new(&self.regions, block_log2, texel_log2);
-            embed::place(&self.dual, &mut cells, None)
+            let mut cells = CellLists::new(whole.regions, block_log2, texel_log2);
+            embed::place(whole.dual, &mut cells, None, &[])
         });
         let first = placed.as_ref().map(|placed| placed.violations_before);
         let settled = placed.map(|placed| placed.positions);
-        let parts = self.parts(cut.as_ref());
+        let parts = base.cut(cut.as_ref());
         let cells = CellLists::new(parts.regions, block_log2, texel_log2);
         let (image, mut notes) =
             encode_cells(self, parts, cells.owned_by(parts.owners), settled, stage)?;
@@ -237,8 +251,9 @@ impl<'a> Prepared<'a> {
         stage: &mut impl FnMut(&'static str),
     ) -> Result<(Image, Notes)> {
         let blocks = BlockSizes { block_log2: BLOCK_LOG2, sizes: chosen };
-        let cut = self.cut(blocks, price, Some(&sizes.errors(chosen)), stage);
-        let parts = self.parts(cut.as_ref());
+        let base = sizes.parts();
+        let cut = self.cut(base, blocks, price, Some(&sizes.errors(chosen)), stage);
+        let parts = base.cut(cut.as_ref());
         let cells = CellLists::with_sizes(parts.regions, BLOCK_LOG2, chosen);
         let settled = Some(sizes.positions().to_vec());
         encode_cells(self, parts, cells.owned_by(parts.owners), settled, stage)
@@ -247,24 +262,17 @@ impl<'a> Prepared<'a> {
     /// Regions cut into pieces at corners, and their complex, where that pays.
     fn cut(
         &self,
+        base: Parts<'_>,
         blocks: BlockSizes<'_>,
         price: f64,
         errors: Option<&[f64]>,
         stage: &mut impl FnMut(&'static str),
     ) -> Option<(Cut, Dual)> {
-        // A layer parts every node of one region from every node of another: there would be no room.
-        if !self.options.hidden_nodes || !self.options.forbidden.is_empty() {
+        if !self.may_hide() {
             return None;
         }
         stage("looking for corners");
-        hidden::cut(self, blocks, price, errors)
-    }
-
-    fn parts<'b>(&'b self, cut: Option<&'b (Cut, Dual)>) -> Parts<'b> {
-        match cut {
-            None => self.whole(),
-            Some((cut, dual)) => Parts { regions: &cut.regions, owners: &cut.owners, dual },
-        }
+        hidden::cut(self, base, blocks, price, errors)
     }
 
     fn distances(&self) -> Distances<'_> {
@@ -282,13 +290,9 @@ impl<'a> Prepared<'a> {
         &self.regions
     }
 
-    pub(crate) fn dual(&self) -> &Dual {
-        &self.dual
-    }
-
     /// What has nodes where none is hidden.
     pub(crate) fn whole(&self) -> Parts<'_> {
-        Parts { regions: &self.regions, owners: &[], dual: &self.dual }
+        Parts { regions: &self.regions, owners: &[], dual: &self.dual, across: &[] }
     }
 
     /// The model with nodes in their places, before it has texels.
@@ -327,6 +331,23 @@ pub(crate) struct Parts<'a> {
     /// The region of each; none where each is one.
     pub owners: &'a [RegionId],
     pub dual: &'a Dual,
+    /// The nodes of strokes, between those on their two sides.
+    pub across: &'a [[NodeId; 3]],
+}
+
+impl<'a> Parts<'a> {
+    pub(crate) fn of_sided(sided: &'a Sided, dual: &'a Dual) -> Self {
+        let Sided { cut: Cut { regions, owners }, across } = sided;
+        Parts { regions, owners, dual, across }
+    }
+
+    /// The same with more pieces cut off, if any are.
+    fn cut(self, cut: Option<&'a (Cut, Dual)>) -> Self {
+        match cut {
+            None => self,
+            Some((Cut { regions, owners }, dual)) => Parts { regions, owners, dual, ..self },
+        }
+    }
 }
 
 fn encode_cells(
@@ -338,7 +359,7 @@ fn encode_cells(
 ) -> Result<(Image, Notes)> {
     let Prepared { source, options, regions: whole, .. } = prepared;
     let distances = prepared.distances();
-    let Parts { regions, dual, .. } = parts;
+    let Parts { regions, dual, across, .. } = parts;
     let label_cost = options.label_cost;
     let mut notes = Notes::default();
     let mut fitted: Option<(Vec<[u8; 3]>, Image)> = None;
@@ -347,7 +368,7 @@ fn encode_cells(
     let mut has_distances = false;
     loop {
         stage("placing nodes");
-        let embedding = embed::place(dual, &mut cells, settled);
+        let embedding = embed::place(dual, &mut cells, settled, across);
         let positions = embedding.positions.clone();
         settled = Some(positions.clone());
         notes.violations_before = notes.violations_before.or(Some(embedding.violations_before));

@@ -6,7 +6,7 @@
 //! straight side to fit.
 
 use super::cracks::OUTSIDE;
-use super::primal::{ChainId, Primal};
+use super::primal::{Chain, ChainId, Primal};
 use crate::labels::Regions;
 use crate::model::RegionId;
 
@@ -49,12 +49,19 @@ pub struct Cusp {
 }
 
 /// Finds the corners of all boundaries in a picture where texels have the size, in pixels, that
-/// `texel_size` says, up to 64; where it says none, none is looked for. In time linear in pixels.
-pub fn cusps(regions: &Regions<2>, texel_size: impl Fn([u32; 2]) -> Option<u32>) -> Vec<Cusp> {
+/// `texel_size` says, up to 64; where it says none, none is looked for. Where some regions are pieces of
+/// others, `owners` are the region of each, and pieces of one have no boundary. In time linear in pixels.
+pub fn cusps(
+    regions: &Regions<2>,
+    owners: &[RegionId],
+    texel_size: impl Fn([u32; 2]) -> Option<u32>,
+) -> Vec<Cusp> {
     let primal = Primal::new(regions);
     let mut found = Vec::new();
     for chain in 0..primal.chains.len() as ChainId {
-        if !primal.chains[chain as usize].is_rim() {
+        let Chain { left, right, .. } = primal.chains[chain as usize];
+        let owner = |region: RegionId| owners.get(region as usize).copied().unwrap_or(region);
+        if !primal.chains[chain as usize].is_rim() && owner(left) != owner(right) {
             Walk::new(&primal, chain).corners(regions.size, &texel_size, &mut found);
         }
     }
@@ -233,7 +240,7 @@ mod tests {
     }
 
     fn found(regions: &Regions<2>, texel_size: u32) -> Vec<Cusp> {
-        cusps(regions, |_| Some(texel_size))
+        cusps(regions, &[], |_| Some(texel_size))
     }
 
     /// The corner nearest to a place.
@@ -298,7 +305,7 @@ mod tests {
     #[test]
     fn none_is_looked_for_where_there_are_no_texels() {
         let square = drawn(|x, y| (x - 64.0).abs().max((y - 64.0).abs()) < 40.0);
-        let half = cusps(&square, |at| (at[0] < 64).then_some(8));
+        let half = cusps(&square, &[], |at| (at[0] < 64).then_some(8));
         assert_eq!(half.len(), 2, "{half:?}");
     }
 }

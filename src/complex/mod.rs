@@ -15,6 +15,7 @@ mod primal;
 mod simplices;
 mod specks;
 mod steps;
+mod strokes;
 mod topology;
 
 pub use adjacency::Adjacency;
@@ -30,4 +31,5 @@ pub use pieces::{Cut, Piece, cut, pieces};
 pub use primal::{Chain, ChainId, Dart, Junction, JunctionId, Primal};
 pub use specks::merge_specks;
 pub use steps::distances;
+pub use strokes::{Sided, Strokes, strokes};
 pub use topology::Topology;

@@ -49,13 +49,14 @@ pub fn pieces(regions: &Regions<2>, cusps: &[Cusp]) -> Vec<Piece> {
     found
 }
 
-/// Cuts pieces off.
-pub fn cut(regions: &Regions<2>, pieces: &[Piece]) -> Cut {
-    let owners = (0..regions.classes.len() as RegionId).collect();
+/// Cuts pieces off. Where some regions are pieces already, `owners` are the region of each.
+pub fn cut(regions: &Regions<2>, owners: &[RegionId], pieces: &[Piece]) -> Cut {
+    let owner = |region: RegionId| owners.get(region as usize).copied().unwrap_or(region);
+    let owners = (0..regions.classes.len() as RegionId).map(owner).collect();
     let mut cut = Cut { regions: regions.clone(), owners };
     for Piece { cusp, pixels } in pieces {
         let id = cut.owners.len() as RegionId;
-        cut.owners.push(cusp.outer);
+        cut.owners.push(owner(cusp.outer));
         cut.regions.classes.push(regions.classes[cusp.outer as usize]);
         pixels.iter().for_each(|&pixel| cut.regions.labels[pixel] = id);
     }
@@ -133,7 +134,7 @@ mod tests {
         let [piece] = &pieces[..] else { panic!("{pieces:?}") };
         let area = piece.pixels.len() as f64 / (std::f64::consts::PI * 64.0);
         assert!((area - 0.375).abs() < 0.03, "{area}");
-        let cut = cut(&regions, &pieces);
+        let cut = cut(&regions, &[], &pieces);
         assert_eq!((&cut.owners[..], &cut.regions.classes[..]), (&[0, 1, 0][..], &[5, 7, 5][..]));
         for (i, (&now, &then)) in cut.regions.labels.iter().zip(&regions.labels).enumerate() {
             assert_eq!(now, if piece.pixels.contains(&i) { 2 } else { then });

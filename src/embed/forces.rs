@@ -69,9 +69,18 @@ pub(super) struct Unsettled<const E: usize> {
     pub hubs: bool,
     /// Nodes that never move.
     pub fixed: Vec<NodeId>,
-    /// Nodes that are to be between two others, the second between the first and the third: no farther
-    /// from their middle than a share of half the distance between them.
-    pub between: Vec<([NodeId; 3], f64)>,
+    /// Nodes that are to be between two others.
+    pub between: Vec<Aside>,
+}
+
+/// Where a node is to be between two others.
+#[derive(Debug, Clone)]
+pub(super) struct Aside {
+    /// The second between the first and the third.
+    pub nodes: [NodeId; 3],
+    /// How far from the middle of those two, at least and at most, as parts of half the distance between
+    /// them.
+    pub aside: [f64; 2],
 }
 
 /// Moves nodes until the constraints hold with clearance, and rounds them to bytes. Another `seed`
@@ -109,7 +118,7 @@ struct Solver<'a, const E: usize> {
     /// Nodes that are less light do not begin to move.
     least_light: f32,
     /// See [`Unsettled::between`].
-    between: Vec<([NodeId; 3], f64)>,
+    between: Vec<Aside>,
     /// Lists whose nodes have moved.
     marked: Vec<bool>,
     /// How far apart two nodes want to be, by the length of their longest list.
@@ -256,17 +265,18 @@ impl<'a, const E: usize> Solver<'a, E> {
         }
     }
 
-    /// Pulls nodes that are to be between two others back to where they part them.
+    /// Pulls nodes that are to be between two others back to where they are.
     fn pull_between(&mut self) {
-        for ([a, node, b], aside) in self.between.clone() {
+        for Aside { nodes: [a, node, b], aside } in self.between.clone() {
             let [at_a, at, at_b] = [a, node, b].map(|n| self.at[n as usize]);
             let off: Value<E> = std::array::from_fn(|e| at[e] - 0.5 * (at_a[e] + at_b[e]));
             let far = dot(off, off).sqrt();
-            let most = aside * 0.5 * gamma::distance_squared(at_a, at_b).sqrt();
-            if far <= most {
+            let half = 0.5 * gamma::distance_squared(at_a, at_b).sqrt();
+            let wanted = far.clamp(aside[0] * half, aside[1] * half);
+            if far == wanted || far == 0.0 {
                 continue;
             }
-            let back = 1.0 - most / far;
+            let back = 1.0 - wanted / far;
             for (node, share) in [(a, 0.25), (node, -0.5), (b, 0.25)] {
                 if self.lightness[node as usize] > 0.0 && self.mobile[node as usize] {
                     let at = &mut self.at[node as usize];

@@ -1,7 +1,7 @@
 //! Placing and repair: positions under which every list decodes, or finer cells where there are none.
 
 use super::constraints::{Cells, Constraints, Finder};
-use super::forces::{Unsettled, settle};
+use super::forces::{Aside, Unsettled, settle};
 use super::start::start;
 use super::verify::{broken_lists, violations};
 use crate::complex::{CellLists, Dual, Gathered};
@@ -16,6 +16,11 @@ const FEW: f64 = 0.005;
 /// Rounds after which nodes of broken lists, and all around them, begin again from elsewhere.
 const RESTART: u64 = 8;
 
+/// How far the node of a thin stroke is from the middle of those on its sides, as parts of half the distance
+/// between them. Where it is nearer the stroke is wide wherever values pass straight from one to the other;
+/// where it is farther they must turn aside by much, for the stroke to be there at all.
+const ASIDE: [f64; 2] = [1.2, 1.6];
+
 /// Lists, and positions under which they decode.
 pub struct Embedding<const E: usize> {
     /// The lists, and each block's cells by them.
@@ -28,13 +33,15 @@ pub struct Embedding<const E: usize> {
 
 /// Places nodes. Where the placing fails, nodes move again and blocks get finer cells, until nothing
 /// fails: where nothing else helps cells become single pixels, each with its own region. Where positions are `settled` for coarser cells, most hold for
-/// finer ones; those of the last nodes may be missing.
+/// finer ones; those of the last nodes may be missing. What is `across` are the nodes of thin strokes, each
+/// between those on its two sides: where nothing is in the way they lie so that strokes can be thin.
 ///
 /// E is D + 1: the least in which nodes and edges need not meet by necessity (paper, section 5.1).
 pub fn place<const D: usize, const E: usize>(
     dual: &Dual,
     cells: &mut CellLists<'_, D>,
     settled: Option<Vec<[u8; E]>>,
+    across: &[[NodeId; 3]],
 ) -> Embedding<E> {
     let complex = Cells { edges: &dual.edges, faces: &dual.faces, ghosts: &dual.ghosts };
     let finder = Finder::new(complex);
@@ -47,7 +54,13 @@ pub fn place<const D: usize, const E: usize>(
         for ((at, restless), &known) in at.iter_mut().zip(&mut restless).zip(&positions) {
             (*at, *restless) = (gamma::value(known), false);
         }
-        let unsettled = Unsettled { at, restless, hurry: true, ..Unsettled::default() };
+        // The sides of a stroke find their places together.
+        let is_new = |node: &NodeId| *node as usize >= positions.len();
+        for nodes in across.iter().filter(|nodes| nodes.iter().any(is_new)) {
+            nodes.iter().for_each(|&node| restless[node as usize] = true);
+        }
+        let between = across.iter().map(|&nodes| Aside { nodes, aside: ASIDE }).collect();
+        let unsettled = Unsettled { at, restless, hurry: true, between, ..Unsettled::default() };
         positions = settle(unsettled, &constraints, 0);
     }
     let mut violations_before = None;
@@ -182,5 +195,7 @@ pub(crate) fn make_room<const E: usize>(
     }
     fixed.iter().for_each(|&node| restless[node as usize] = false);
     let hubs = freedom == Freedom::Hubs;
+    let between = between.into_iter();
+    let between = between.map(|(nodes, most)| Aside { nodes, aside: [0.0, most] }).collect();
     settle(Unsettled { at, restless, hurry: false, hubs, fixed, between }, constraints, seed)
 }

@@ -80,6 +80,11 @@ impl Look {
         look
     }
 
+    /// A block that has nothing to be looked at.
+    pub fn solid() -> Self {
+        Look { error: 0.0, scalars: [0; ZONES], own: 0 }
+    }
+
     /// The boundary scalars of a block by itself, those before its first cell and after its last not
     /// counted.
     pub fn alone(&self) -> f64 {

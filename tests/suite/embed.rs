@@ -100,7 +100,7 @@ fn embedded<const D: usize, const E: usize>(size: [u32; D], labels: Vec<u32>) ->
     let regions = components(&source, Connectivity::Face, &Limits::default()).unwrap();
     let dual = complex::dual(&regions);
     let mut cells = complex::CellLists::new(&regions, 3, 1);
-    let embed::Embedding { gathered, positions, .. } = embed::place(&dual, &mut cells, None);
+    let embed::Embedding { gathered, positions, .. } = embed::place(&dual, &mut cells, None, &[]);
     complex::covers(&dual, &regions, &gathered).unwrap();
     let node = |(position, region): ([u8; E], Option<u32>)| Node { position, region };
     let ghost = |around: &Vec<u32>| {

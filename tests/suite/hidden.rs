@@ -1,4 +1,4 @@
-//! Hidden nodes at sharp corners: the letter A of Fig. 7.
+//! Hidden nodes: at sharp corners, as in the letter A of Fig. 7, and along strokes.
 
 use crate::fixtures;
 use istar::grid::Point;
@@ -206,4 +206,37 @@ fn where_classes_are_parted_no_node_is_hidden() {
         istar::encode(&source, &options, |_| ()).unwrap()
     };
     assert!(parted(true) == parted(false));
+}
+
+/// Three curved strokes of three pixels, one of which ends on another, in 512 × 512 pixels.
+fn strokes() -> Source<2> {
+    let is_ink = |i: u32| {
+        let [x, y] = [f64::from(i % 512) + 0.5, f64::from(i / 512) + 0.5];
+        let wave = (y - 150.0 - 40.0 * (x / 60.0).sin())
+            / (1.0 + (0.667 * (x / 60.0).cos()).powi(2)).sqrt();
+        let ring = (x - 250.0).hypot(y - 420.0) - 130.0;
+        let slope = (0.8 * (x - 380.0) + 0.6 * (y - 300.0), 0.6 * (x - 380.0) - 0.8 * (y - 300.0));
+        wave.abs() < 1.5 && (60.0..460.0).contains(&x)
+            || ring.abs() < 1.5 && y < 430.0
+            || slope.1.abs() < 1.5 && slope.0.abs() < 60.0
+    };
+    let color = |i| if is_ink(i) { INK } else { PAPER };
+    let colors: Vec<[u8; 4]> = (0..512 * 512).map(color).collect();
+    Source::from_colors([512, 512], &colors, &Limits::default()).unwrap()
+}
+
+#[test]
+fn strokes_thinner_than_a_texel_hold_between_hidden_nodes() {
+    let source = strokes();
+    let psnr = |image: &Image| compare(image, &source).unwrap().psnr;
+    for texel_size in [8, 16] {
+        let options = with_texels(texel_size);
+        let with = istar::encode(&source, &options, |_| ()).unwrap();
+        let plain = EncodeOptions { hidden_nodes: false, ..options };
+        let without = istar::encode(&source, &plain, |_| ()).unwrap();
+        assert!(hidden(&with) > 0 && hidden(&without) == 0);
+        assert!(psnr(&with) > psnr(&without) + 2.0, "{} {}", psnr(&with), psnr(&without));
+        assert_eq!(raster::seams(&with), 0);
+        with.check(&Limits::default()).unwrap();
+    }
 }

@@ -1,36 +1,27 @@
 //! Which sharp corners get a hidden node (paper, section 6.3): those around which it sets more right
 //! than its bytes are worth. Only what is around corners is looked at.
 
+use super::{BYTES_A_NODE, BlockSizes};
 use crate::complex::{self, CellLists, Cut, Dual, Piece, dual};
 use crate::embed;
 use crate::encode::{Parts, Prepared};
 use crate::fit::{self, Effort};
 use crate::grid;
 
-/// Bytes for a node with its edges, its face and its lists, and for one more scalar in the texels
-/// around.
-const BYTES_A_NODE: f64 = 24.0;
-
 /// What is wrong within so many texels of a tip is put down to the corner.
 const AROUND: f64 = 2.5;
 
-/// Texel sizes: log₂ of the width of a block, and log₂ of each block's texel size.
-#[derive(Clone, Copy)]
-pub(crate) struct BlockSizes<'a> {
-    pub block_log2: u8,
-    pub sizes: &'a [u8],
-}
-
 /// Cuts pieces off at the corners where that pays: a byte must set `price` pixels right, black for
 /// white, to be spent. `None` where none does. `errors` are about what is wrong in each block without,
-/// where that is known: corners elsewhere need not be looked for.
+/// where that is known: corners elsewhere need not be looked for. What is cut is `base`.
 pub(crate) fn cut(
     prepared: &Prepared<'_>,
+    base: Parts<'_>,
     blocks: BlockSizes<'_>,
     price: f64,
     errors: Option<&[f64]>,
 ) -> Option<(Cut, Dual)> {
-    let regions = prepared.regions();
+    let Parts { regions, owners, .. } = base;
     let least = price * BYTES_A_NODE;
     let could_pay = |block: usize| errors.is_none_or(|errors| errors[block] > least);
     if !(0..blocks.sizes.len()).any(could_pay) {
@@ -41,22 +32,22 @@ pub(crate) fn cut(
         let block = grid::index(block_grid, at.map(|along| along >> blocks.block_log2));
         could_pay(block).then_some(1 << blocks.sizes[block])
     };
-    let cusps = complex::cusps(regions, texel_size);
+    let cusps = complex::cusps(regions, owners, texel_size);
     let mut pieces = complex::pieces(regions, &cusps);
     if !pieces.is_empty() {
         // Most corners are good enough as they are.
         let near = Near::new(regions.size, blocks, &pieces);
-        let (wrong, _) = near.wrong(prepared, prepared.whole(), None, Effort::Quick);
+        let (wrong, _) = near.wrong(prepared, base, None, Effort::Quick);
         retain(&mut pieces, &wrong, least);
     }
     if !pieces.is_empty() {
-        let gains = gains(prepared, blocks, &pieces);
+        let gains = gains(prepared, base, blocks, &pieces);
         retain(&mut pieces, &gains, least);
     }
     if pieces.is_empty() {
         return None;
     }
-    let cut = complex::cut(regions, &pieces);
+    let cut = complex::cut(regions, owners, &pieces);
     let dual = dual(&cut.regions);
     Some((cut, dual))
 }
@@ -68,13 +59,18 @@ fn retain(pieces: &mut Vec<Piece>, worth: &[f64], least: f64) {
 }
 
 /// By how much less is wrong around each piece's tip with all of them than with none.
-fn gains(prepared: &Prepared<'_>, blocks: BlockSizes<'_>, pieces: &[Piece]) -> Vec<f64> {
-    let regions = prepared.regions();
+fn gains(
+    prepared: &Prepared<'_>,
+    base: Parts<'_>,
+    blocks: BlockSizes<'_>,
+    pieces: &[Piece],
+) -> Vec<f64> {
+    let Parts { regions, owners, .. } = base;
     let near = Near::new(regions.size, blocks, pieces);
-    let (without, positions) = near.wrong(prepared, prepared.whole(), None, Effort::Full);
-    let cut = complex::cut(regions, pieces);
+    let (without, positions) = near.wrong(prepared, base, None, Effort::Full);
+    let cut = complex::cut(regions, owners, pieces);
     let dual = dual(&cut.regions);
-    let parts = Parts { regions: &cut.regions, owners: &cut.owners, dual: &dual };
+    let parts = Parts { regions: &cut.regions, owners: &cut.owners, dual: &dual, ..base };
     let (with, _) = near.wrong(prepared, parts, Some(positions), Effort::Full);
     without.iter().zip(with).map(|(without, with)| without - with).collect()
 }
@@ -121,7 +117,8 @@ impl<'a> Near<'a> {
         effort: Effort,
     ) -> (Vec<f64>, Vec<[u8; 3]>) {
         let cells = CellLists::of_some(parts.regions, self.blocks.block_log2, &self.sizes);
-        let embedding = embed::place(parts.dual, &mut cells.owned_by(parts.owners), settled);
+        let embedding =
+            embed::place(parts.dual, &mut cells.owned_by(parts.owners), settled, parts.across);
         let positions = embedding.positions.clone();
         let mut image = prepared.assemble(parts, embedding);
         fit::start(&mut image, parts.regions);
