@@ -73,7 +73,7 @@ const FAR = 1e30;
 // Beyond it a pixel is covered by one side: half its diagonal.
 const REACH = 0.7072;
 
-// The two nearest boundaries with two other regions.
+// The two nearest boundaries with other regions. Both may be with nodes of one: it is there on both sides of a stroke.
 struct Sides {
     near: Side,
     next: Side,
@@ -90,12 +90,9 @@ fn with_side(sides: Sides, boundary: vec3<f32>, region: u32, candidate: u32) -> 
     let distance = max(boundary.x, 0.0) / max(steepness, 1e-30);
     let side = Side(select(FAR, distance, steepness > 0.0), region, boundary, candidate);
     if side.distance < sides.near.distance {
-        if region == sides.near.region {
-            return Sides(side, sides.next);
-        }
         return Sides(side, sides.near);
     }
-    if (side.distance < sides.next.distance) & (region != sides.near.region) {
+    if side.distance < sides.next.distance {
         return Sides(sides.near, side);
     }
     return sides;

@@ -56,8 +56,7 @@ impl Deciding {
         let neighbours = (0..count)
             .map(|i| {
                 let bound = (0..count).filter(|&j| {
-                    regions[j] != regions[i]
-                        && image.has_edge(nodes[i], nodes[j])
+                    image.may_meet(&nodes, nodes[i], nodes[j])
                         && image.plane(nodes[i], nodes[j]).is_some()
                 });
                 bound.fold(0, |mask, j| mask | 1 << j)

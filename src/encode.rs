@@ -54,7 +54,7 @@ pub struct EncodeOptions {
     pub min_region: u32,
     /// Classes that must not meet; a class may be a layer in one rule and be parted in another.
     pub forbidden: Vec<Forbidden>,
-    /// Whether sharp corners of boundaries get hidden nodes, where that pays by [`price`](Self::price),
+    /// Whether sharp corners of boundaries and strokes get hidden nodes, where that pays by [`price`](Self::price),
     /// and no classes are forbidden to meet.
     pub hidden_nodes: bool,
     /// Caps on the source.

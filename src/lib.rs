@@ -12,8 +12,8 @@
 //!
 //! Imports point one way: `error, limits, grid, kernel ← model, gamma, camera, placement, cuts, texels, absorb, style ←
 //! {container, raster, gpu, trace}`, which do not know each other; `{labels, complex, embed, fit}` stand above (feature
-//! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners that
-//! get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
+//! `encode`), and only [`encode`] joins them; `sizes` chooses texel sizes for it, `hidden` corners and
+//! strokes that get a node of their own, and `target` what bytes may cost. `entropy` knows nobody and serves
 //! `container`, which [`open`] and [`encode_pyramid`] join with the encoder; `direct` makes a model of labels
 //! without a fit, for [`open`] and, a tile at a time, [`open_tile`]; `stream` reads pictures of any size row by
 //! row, [`encode_rows`], and packs such tiles; `material` joins `gpu` and `raster` for other programs' scenes.

@@ -18,11 +18,12 @@ use std::cmp::Reverse;
 const WIDEST: i64 = 12;
 /// … which, where they are slanted, rows and columns cross in no more pixels than this.
 const FARTHEST: i64 = WIDEST + WIDEST / 2;
-/// The least length of what a region has of strokes in another, in pixels and in widths.
+/// The least length of what a region has of strokes in another, in pixels.
 const SHORTEST: f64 = 24.0;
-const SLENDER: f64 = 3.0;
 /// The fewest cracks of a side of a stroke that have others across, and of two sides each other.
 const FEWEST: u32 = 12;
+/// The same in widths: the tip of a corner is thin as well, but no stroke.
+const SLENDER: f64 = 6.0;
 /// Cracks without one across that a side has in a row at most: where strokes meet, they have none.
 const GAP: usize = 24;
 /// At a stroke's tip its two sides are no more cracks apart than this.
@@ -51,8 +52,9 @@ struct Crack {
     middle: [i64; 2],
     region: RegionId,
     stroke: RegionId,
-    /// The crack on the stroke's other side.
+    /// The crack on the stroke's other side, and how wide the stroke is there.
     across: u32,
+    width: f32,
     side: u32,
 }
 
@@ -60,8 +62,9 @@ struct Crack {
 #[derive(Debug, Clone)]
 struct Side {
     region: RegionId,
-    /// The cracks that have others across.
+    /// The cracks that have others across, and the sum of widths there.
     cracks: u32,
+    widths: f32,
     /// Which of its region's nodes lies beside it.
     color: u8,
     group: u32,
@@ -94,7 +97,7 @@ pub fn strokes(regions: &Regions<2>) -> Option<Strokes> {
             continue;
         };
         let first = strokes.cracks.len();
-        let crack = |middle| Crack { middle, region, stroke, across: NONE, side: NONE };
+        let crack = |middle| Crack { middle, region, stroke, across: NONE, width: 0.0, side: NONE };
         strokes.cracks.extend(primal.middles(id).into_iter().map(crack));
         chains.push((first..strokes.cracks.len(), chain.is_closed()));
     }
@@ -181,8 +184,10 @@ impl Strokes {
         let places: FxHashMap<[i64; 2], u32> =
             (0..).zip(&self.cracks).map(|(i, crack)| (crack.middle, i)).collect();
         self.cracks.par_iter_mut().for_each(|crack| {
-            let middle = crack.middle_across(regions);
-            crack.across = middle.and_then(|at| places.get(&at).copied()).unwrap_or(NONE);
+            if let Some((middle, width)) = crack.middle_across(regions) {
+                crack.across = places.get(&middle).copied().unwrap_or(NONE);
+                crack.width = width as f32;
+            }
         });
     }
 
@@ -192,7 +197,7 @@ impl Strokes {
         let first_side = sides.len() as u32;
         let mut found: Option<[usize; 2]> = None;
         for i in chain.clone() {
-            let Crack { region, across, .. } = cracks[i];
+            let Crack { region, across, width, .. } = cracks[i];
             if across == NONE {
                 continue;
             }
@@ -200,12 +205,13 @@ impl Strokes {
             let from = match found {
                 Some([_, last]) if i - last <= GAP && !is_tip(&cracks[last], i) => last + 1,
                 _ => {
-                    sides.push(Side { region, cracks: 0, color: 0, group: NONE });
+                    sides.push(Side { region, cracks: 0, widths: 0.0, color: 0, group: NONE });
                     i
                 }
             };
             let side = sides.len() - 1;
             sides[side].cracks += 1;
+            sides[side].widths += width;
             cracks[from..=i].iter_mut().for_each(|crack| crack.side = side as u32);
             found = Some([first, i]);
         }
@@ -217,8 +223,9 @@ impl Strokes {
             && first + chain.len() - last <= GAP
             && !is_tip(&cracks[last], first)
         {
-            let of_last = sides.pop().map_or(0, |side| side.cracks);
-            sides[first_side as usize].cracks += of_last;
+            let of_last = sides.pop().map_or((0, 0.0), |side| (side.cracks, side.widths));
+            sides[first_side as usize].cracks += of_last.0;
+            sides[first_side as usize].widths += of_last.1;
             let around = cracks[chain].iter_mut();
             around
                 .filter(|crack| crack.side == last_side)
@@ -250,7 +257,7 @@ impl Strokes {
         order.sort_by_key(|&side| (Reverse(self.sides[side].cracks), side));
         let mut is_colored = vec![false; order.len()];
         for &side in &order {
-            if self.sides[side].cracks < FEWEST {
+            if !self.sides[side].is_long() {
                 continue;
             }
             let mut same = [0u32; COLORS];
@@ -281,6 +288,13 @@ fn is_tip(last: &Crack, next: usize) -> bool {
     (last.across as usize).abs_diff(next) <= TIP
 }
 
+impl Side {
+    fn is_long(&self) -> bool {
+        let cracks = f64::from(self.cracks);
+        self.cracks >= FEWEST && cracks * cracks >= SLENDER * f64::from(self.widths)
+    }
+}
+
 impl Crack {
     /// The axis along which it has a pixel before it and one after it, and those.
     fn pixels(&self) -> (usize, [[i64; 2]; 2]) {
@@ -298,8 +312,8 @@ impl Crack {
         if regions.labels[before] == region { before } else { after }
     }
 
-    /// The middle of the crack across the stroke, if the same region is there.
-    fn middle_across(&self, regions: &Regions<2>) -> Option<[i64; 2]> {
+    /// The middle of the crack across the stroke, if the same region is there, and the stroke's width.
+    fn middle_across(&self, regions: &Regions<2>) -> Option<([i64; 2], f64)> {
         let is = |region: RegionId, at: [i64; 2]| {
             let is_in = (0..2).all(|axis| (0..i64::from(regions.size[axis])).contains(&at[axis]));
             is_in && regions.labels[grid::index(regions.size, at.map(|a| a as u32))] == region
@@ -320,10 +334,10 @@ impl Crack {
         }
         let mut middle = start;
         middle[axis] += step * (across / 2);
-        width(regions, middle.map(|along| along as u32), axis, across)?;
+        let width = width(regions, middle.map(|along| along as u32), axis, across)?;
         let mut to = at.map(|along| 2 * along + 1);
         to[axis] -= step;
-        Some(to)
+        Some((to, width))
     }
 }
 
@@ -361,8 +375,8 @@ fn beside(size: [u32; 2], pixel: usize) -> [Option<usize>; 4] {
     ]
 }
 
-/// Length, and length times width, of what one region has of strokes in another.
-type Lengths = FxHashMap<[RegionId; 2], [f64; 2]>;
+/// The length of what one region has of strokes in another.
+type Lengths = FxHashMap<[RegionId; 2], f64>;
 
 /// Each region and another that has a stroke through it.
 fn pairs(regions: &Regions<2>) -> FxHashSet<[RegionId; 2]> {
@@ -386,16 +400,13 @@ fn pairs(regions: &Regions<2>) -> FxHashSet<[RegionId; 2]> {
     all.par_extend((0..columns.div_ceil(ROWS)).into_par_iter().map(of_strip));
     let mut lengths = Lengths::default();
     // In the order of bands: sums of the same numbers in another order differ.
-    for (pair, [length, area]) in all.into_iter().flatten() {
-        let sum = lengths.entry(pair).or_default();
-        *sum = [sum[0] + length, sum[1] + area];
+    for (pair, length) in all.into_iter().flatten() {
+        *lengths.entry(pair).or_default() += length;
     }
-    let is_long =
-        |&[length, area]: &[f64; 2]| length >= SHORTEST && length >= SLENDER * area / length;
-    let long = lengths.iter().filter(|(_, sums)| is_long(sums));
+    let long = lengths.iter().filter(|(_, length)| **length >= SHORTEST);
     // What is thin between strokes is none itself.
-    long.filter(|&(&[region, stroke], [length, _])| {
-        lengths.get(&[stroke, region]).is_none_or(|[other, _]| other < length)
+    long.filter(|&(&[region, stroke], length)| {
+        lengths.get(&[stroke, region]).is_none_or(|other| other < length)
     })
     .map(|(&pair, _)| pair)
     .collect()
@@ -450,9 +461,7 @@ fn count(
     lengths: &mut Lengths,
 ) {
     if let Some(width) = width(regions, middle, axis, across) {
-        let length = across as f64 / width;
-        let sum = lengths.entry(pair).or_default();
-        *sum = [sum[0] + length, sum[1] + length * width];
+        *lengths.entry(pair).or_default() += across as f64 / width;
     }
 }
 

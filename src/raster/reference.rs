@@ -42,16 +42,12 @@ pub fn decode_at<const D: usize, const E: usize>(
     };
     let candidates = model.candidates(at.cells, at.cell);
     let (v, jacobian) = model.interpolate(&at);
-    let region = |id: NodeId| model.nodes[id as usize].region;
 
     let winner = model.winner(candidates, v)?;
 
     let mut across: Option<Across> = None;
     for &other in candidates {
-        if region(other).is_none()
-            || region(other) == region(winner)
-            || !model.has_edge(winner, other)
-        {
+        if !model.may_meet(candidates, winner, other) {
             continue;
         }
         let Some(plane) = model.plane(winner, other) else { continue };
@@ -203,10 +199,8 @@ impl Around {
         let jacobian = jacobian.map(|row| row.map(|d| d * sub_pixel));
         let node = model.winner(candidates, value)?;
         let mut around = Around { node, sides: Vec::new(), value, jacobian };
-        let region = |id: NodeId| model.nodes[id as usize].region;
         for &other in candidates {
-            let is_other = region(other).is_some() && region(other) != region(node);
-            if !is_other || !model.has_edge(node, other) {
+            if !model.may_meet(candidates, node, other) {
                 continue;
             }
             let Some(linear) = around.linear(model, node, other) else { continue };
@@ -229,14 +223,13 @@ impl Around {
 
     /// How much of a sub-sample up to three nodes cover, these taken as straight within it.
     pub fn shares(&self, model: &Image) -> [Option<(NodeId, f64)>; 3] {
-        let region = |id: NodeId| model.nodes[id as usize].region;
         let mut near = self.sides.iter().take_while(|side| side.distance < REACH);
         let Some(first) = near.next() else { return [Some((self.node, 1.0)), None, None] };
-        let Some(next) = near.find(|side| region(side.node) != region(first.node)) else {
+        let Some(next) = near.next() else {
             let own = share_of_square(first.distance, [first.linear[1], first.linear[2]]);
             return [Some((self.node, own)), Some((first.node, 1.0 - own)), None];
         };
-        // Three regions meet.
+        // Three nodes meet. Two may be of one region: it is there on both sides of a stroke.
         let between = self.linear(model, first.node, next.node).unwrap_or([0.0; 3]);
         let counts = shares_of_three(first.linear, next.linear, between);
         [Some((self.node, counts[0])), Some((first.node, counts[1])), Some((next.node, counts[2]))]

@@ -149,14 +149,14 @@ struct Side {
     linear: Linear,
 }
 
-/// The nearest sides of two regions, with one more.
+/// The two nearest sides, with one more. Both may be of one region: it is there on both sides of a stroke.
 fn with([near, next]: [Option<Side>; 2], side: Side) -> [Option<Side>; 2] {
     let Some(first) = near else { return [Some(side), None] };
     if side.distance < first.distance {
-        return [Some(side), if side.region == first.region { next } else { near }];
+        return [Some(side), near];
     }
     let is_nearer = next.is_none_or(|next| side.distance < next.distance);
-    [near, if side.region != first.region && is_nearer { Some(side) } else { next }]
+    [near, if is_nearer { Some(side) } else { next }]
 }
 
 impl<T: Copy + Add<Output = T> + Mul<Output = T>> Cut<T> {
