@@ -54,9 +54,13 @@ pub struct EncodeOptions {
     pub min_region: u32,
     /// Classes that must not meet; a class may be a layer in one rule and be parted in another.
     pub forbidden: Vec<Forbidden>,
-    /// Whether sharp corners of boundaries and strokes get hidden nodes, where that pays by [`price`](Self::price),
+    /// Whether sharp corners of boundaries get hidden nodes, where that pays by [`price`](Self::price),
     /// and no classes are forbidden to meet.
     pub hidden_nodes: bool,
+    /// Whether strokes get them too: what lies on one side of a stroke in a region. Then strokes hold that
+    /// are thinner than a texel, in fewer bytes; where they are thinner than a pixel of the screen they are
+    /// drawn a little too wide.
+    pub strokes: bool,
     /// Caps on the source.
     pub limits: Limits,
 }
@@ -73,6 +77,7 @@ impl Default for EncodeOptions {
             min_region: 0,
             forbidden: Vec::new(),
             hidden_nodes: true,
+            strokes: false,
             limits: Limits::default(),
         }
     }
@@ -195,8 +200,13 @@ impl<'a> Prepared<'a> {
 
     /// Whether regions may have hidden nodes. A layer parts every node of one region from every node of
     /// another: there would be no room.
-    pub(crate) fn may_hide(&self) -> bool {
+    fn may_hide(&self) -> bool {
         self.options.hidden_nodes && self.options.forbidden.is_empty()
+    }
+
+    /// Whether strokes may have them.
+    pub(crate) fn may_hide_strokes(&self) -> bool {
+        self.may_hide() && self.options.strokes
     }
 
     /// The image with one of [`TEXEL_SIZES`], whatever the options say.
@@ -219,7 +229,7 @@ impl<'a> Prepared<'a> {
         let blocks = BlockSizes { block_log2, sizes: &sizes };
         let price = self.options.price;
         let mut sided = None;
-        if self.may_hide() {
+        if self.may_hide_strokes() {
             stage("looking for strokes");
             sided = hidden::sided(self, 1 << texel_log2, price);
         }

@@ -47,7 +47,7 @@ impl<'a> Sizes<'a> {
         stage("placing nodes");
         let blocks = grid::count(grid::pieces(prepared.regions().size, BLOCK_LOG2));
         let mut sizes = Self::near(prepared, None, None, &vec![true; blocks]);
-        if prepared.may_hide() {
+        if prepared.may_hide_strokes() {
             stage("looking for strokes");
             let price = prepared.options().price;
             let settled = sizes.positions.clone();
