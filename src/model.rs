@@ -331,14 +331,10 @@ impl<const D: usize, const E: usize> Model<D, E> {
     pub fn may_meet(&self, list: &[NodeId], a: NodeId, b: NodeId) -> bool {
         let region = |node: NodeId| self.nodes[node as usize].region;
         let (of_a, of_b) = (region(a), region(b));
-        if of_a.is_none() || of_b.is_none() || of_a == of_b {
-            return false;
-        }
-        self.has_edge(a, b)
-            || list
-                .iter()
-                .filter(|&&i| region(i) == of_a)
-                .any(|&i| list.iter().any(|&j| region(j) == of_b && self.has_edge(i, j)))
+        let share = |&i: &NodeId| {
+            region(i) == of_a && list.iter().any(|&j| region(j) == of_b && self.has_edge(i, j))
+        };
+        of_b.is_some() && of_a != of_b && list.iter().any(share)
     }
 
     /// Bytes of memory that it takes, about.

@@ -76,7 +76,7 @@ for (const name of ['webgl2', 'webgpu', 'cpu']) {
     if (failed?.kind === 'gpu') t.skip(`it has none here: ${failed.message}`);
     else {
       const place = await harness.place(tab.page);
-      assert.deepEqual(place, { x: 3018, y: 684, scale: 30 });
+      assert.deepEqual(place, { x: 3018, y: 684, scale: 30, rotation: 0, flipped: false });
       const map = new URL('../../dist/gallery/map.istar', import.meta.url).pathname;
       const expected = harness.oracle(map, place, VIEWPORT);
       harness.assertAlike(`firefox-${name}`, await harness.shot(tab.page), expected, { channel: 3 });
@@ -232,7 +232,7 @@ test('Firefox: a link leads to a view, and the address follows', options, async 
   await page.waitForFunction(() => location.hash === '#view=30,20,8');
   await page.reload();
   await harness.event(page, 'load');
-  assert.deepEqual(await harness.place(page), { x: 30, y: 20, scale: 8 });
+  assert.deepEqual(await harness.place(page), { x: 30, y: 20, scale: 8, rotation: 0, flipped: false });
 });
 
 test('Firefox: ten figures on a page are drawn', options, async () => {

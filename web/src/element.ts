@@ -615,7 +615,7 @@ export class IStarViewer extends Base {
     this.#stage.ariaLabel = this.#alt || say('Picture');
     this.#stage.ariaRoleDescription = say('zoomable picture');
     this.#stage.ariaDescription = say(
-      'Arrows move the view, plus and minus zoom, 0 shows all, R turns, F mirrors. Enter walks from region to region by arrows, Escape ends that.',
+      'Arrows move the view, plus and minus zoom, 0 shows all, R turns, F mirrors. Enter walks regions by arrows until Escape.',
     );
   }
 

@@ -55,9 +55,9 @@ const SMALL = [
   '-Oz',
   '--converge',
   '--low-memory-unused',
-  '--always-inline-max-function-size=6',
-  '--flexible-inline-max-function-size=6',
-  '--one-caller-inline-max-function-size=20',
+  '--always-inline-max-function-size=7',
+  '--flexible-inline-max-function-size=7',
+  '--one-caller-inline-max-function-size=25',
 ];
 
 /** Both modules, side by side: most of the time each keeps one core busy. */
