@@ -615,7 +615,7 @@ export class IStarViewer extends Base {
     this.#stage.ariaLabel = this.#alt || say('Picture');
     this.#stage.ariaRoleDescription = say('zoomable picture');
     this.#stage.ariaDescription = say(
-      'Arrows move the view, plus and minus zoom, 0 shows all, R turns, F mirrors. Enter walks regions by arrows until Escape.',
+      'Arrows move it, plus and minus zoom, 0 shows all, R turns, F mirrors. Enter walks regions by arrows until Escape.',
     );
   }
 
