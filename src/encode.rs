@@ -59,7 +59,7 @@ pub struct EncodeOptions {
     pub hidden_nodes: bool,
     /// Whether strokes get them too: what lies on one side of a stroke in a region. Then strokes hold that
     /// are thinner than a texel, in fewer bytes; where they are thinner than a pixel of the screen they are
-    /// drawn a little too wide.
+    /// drawn a little too wide. It takes the feature `strokes`.
     pub strokes: bool,
     /// Caps on the source.
     pub limits: Limits,
@@ -206,7 +206,7 @@ impl<'a> Prepared<'a> {
 
     /// Whether strokes may have them.
     pub(crate) fn may_hide_strokes(&self) -> bool {
-        self.may_hide() && self.options.strokes
+        cfg!(feature = "strokes") && self.may_hide() && self.options.strokes
     }
 
     /// The image with one of [`TEXEL_SIZES`], whatever the options say.

@@ -325,3 +325,19 @@ function keepFailure(name, expected, between, actual) {
   writeFileSync(path, PNG.sync.write(strip));
   return path;
 }
+
+/** An SVG, drawn by the browser. */
+export async function drawnSvg(page, text) {
+  const base64 = await page.evaluate(async (text) => {
+    const image = new Image();
+    image.src = URL.createObjectURL(new Blob([text], { type: 'image/svg+xml' }));
+    await image.decode();
+    const canvas = Object.assign(document.createElement('canvas'), {
+      width: image.width,
+      height: image.height,
+    });
+    canvas.getContext('2d').drawImage(image, 0, 0);
+    return canvas.toDataURL().split(',')[1];
+  }, text);
+  return PNG.sync.read(Buffer.from(base64, 'base64'));
+}

@@ -4,7 +4,6 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { PNG } from 'pngjs';
 import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
@@ -33,22 +32,6 @@ function made(page, options) {
   }, options);
 }
 
-/** An SVG, drawn by the browser. */
-async function drawn(page, text) {
-  const base64 = await page.evaluate(async (text) => {
-    const image = new Image();
-    image.src = URL.createObjectURL(new Blob([text], { type: 'image/svg+xml' }));
-    await image.decode();
-    const canvas = Object.assign(document.createElement('canvas'), {
-      width: image.width,
-      height: image.height,
-    });
-    canvas.getContext('2d').drawImage(image, 0, 0);
-    return canvas.toDataURL().split(',')[1];
-  }, text);
-  return PNG.sync.read(Buffer.from(base64, 'base64'));
-}
-
 for (const name of ['texels', 'labels', 'tiles']) {
   test(`${name}: lines show what is drawn`, async () => {
     const { page, uncaught, close } = await harness.newPage(run.browser, {
@@ -69,13 +52,13 @@ for (const name of ['texels', 'labels', 'tiles']) {
     const place = { x: 121.3, y: 90.2, scale: 5 };
     const alike = (actual, label, styles) =>
       harness.assertAlike(label, actual, harness.oracle(path, place, SIZE, styles), { channel: CHANNEL });
-    alike(await drawn(page, view.text), `lines-${name}`);
+    alike(await harness.drawnSvg(page, view.text), `lines-${name}`);
 
     await page.evaluate((styles) => {
       document.querySelector('istar-viewer').styles = styles;
     }, STYLES);
     const styled = await made(page, { type: 'image/svg+xml' });
-    alike(await drawn(page, styled.text), `lines-styled-${name}`, STYLES);
+    alike(await harness.drawnSvg(page, styled.text), `lines-styled-${name}`, STYLES);
 
     const whole = await made(page, { type: 'image/svg+xml', whole: true });
     assert.match(whole.text, /^<svg [^>]*viewBox="0 0 256 192"/);

@@ -418,18 +418,7 @@ test('files and paper have the view as it is turned', async () => {
     const high = harness.oracle(lands, { ...look, scale: 9 * (2500 / 360) }, { width: 3333, height: 2500 });
     harness.assertAlike('turned-toblob-high', await png({ height: 2500 }), high, rim);
     const svg = Buffer.from(await blob({ type: 'image/svg+xml' }), 'base64').toString();
-    const drawn = await page.evaluate(async (text) => {
-      const image = new Image();
-      image.src = URL.createObjectURL(new Blob([text], { type: 'image/svg+xml' }));
-      await image.decode();
-      const canvas = Object.assign(document.createElement('canvas'), {
-        width: image.width,
-        height: image.height,
-      });
-      canvas.getContext('2d').drawImage(image, 0, 0);
-      return canvas.toDataURL().split(',')[1];
-    }, svg);
-    const lines = PNG.sync.read(Buffer.from(drawn, 'base64'));
+    const lines = await harness.drawnSvg(page, svg);
     harness.assertAlike('turned-lines', lines, harness.oracle(lands, { ...look, scale: 9 }, SIZE), {
       channel: 40,
       share: 0.005,

@@ -39,7 +39,7 @@ const FILES = [
   'package.json',
 ];
 /** The encoder is most of it, twice. */
-const MOST_BYTES = 1_650_000;
+const MOST_BYTES = 1_580_000;
 
 test('the tarball holds these files and types, and is no larger than it should be', () => {
   const { files, size } = packed();
