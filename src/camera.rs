@@ -136,9 +136,8 @@ impl Camera {
     /// the source under the screen pixel `about` in place. What is not finite is ignored.
     pub fn turn(&mut self, degrees: f64, flipped: bool, about: [f64; 2]) {
         let from_middle = DVec2::from(about) - self.middle();
-        let rotation = degrees - 360.0 * (degrees / 360.0).floor();
-        // Just below a whole turn there are fewer digits than just below none.
-        let rotation = if rotation >= 360.0 { 0.0 } else { rotation };
+        // Just below a whole turn there are fewer digits than just below none, and of very many turns none is left.
+        let rotation = (degrees - 360.0 * (degrees / 360.0).floor()).clamp(0.0, 360.0) % 360.0;
         let unit = unit(rotation);
         let axes = DMat2::from_cols(if flipped { -unit } else { unit }, unit.perp());
         let by = self.back(from_middle) - back(&axes, from_middle);

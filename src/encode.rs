@@ -59,7 +59,7 @@ pub struct EncodeOptions {
     pub hidden_nodes: bool,
     /// Whether strokes get them too: what lies on one side of a stroke in a region. Then strokes hold that
     /// are thinner than a texel, in fewer bytes; where they are thinner than a pixel of the screen they are
-    /// drawn a little too wide. It takes the feature `strokes`.
+    /// drawn a little too wide. Without the feature `strokes` they never do.
     pub strokes: bool,
     /// Caps on the source.
     pub limits: Limits,

@@ -58,6 +58,7 @@ impl PaintedTile {
 #[wasm_bindgen]
 pub struct Frame {
     viewport: [u32; 2],
+    first: u32,
     center: Point<2>,
     scale: f64,
     turn: (f64, bool),
@@ -67,13 +68,15 @@ pub struct Frame {
 #[wasm_bindgen]
 impl Frame {
     /// Of so many pixels, transparent, with a place of the picture in the middle: x and y in whole source
-    /// pixels, and the fraction of each. Turned by degrees, and mirrored where `flipped` is not 0. Throws an `Error` whose name
-    /// is `limit`.
+    /// pixels, and the fraction of each. Only some rows are painted, from the first on. Turned by degrees, and mirrored
+    /// where `flipped` is not 0. Throws an `Error` whose name is `limit`.
     #[wasm_bindgen(constructor)]
     #[allow(clippy::too_many_arguments, reason = "a place of all its digits takes four")]
     pub fn new(
         width: u32,
         height: u32,
+        first: u32,
+        rows: u32,
         scale: f64,
         x: f64,
         y: f64,
@@ -86,7 +89,8 @@ impl Frame {
         Limits::default().check_size(viewport).map_err(thrown)?;
         let center = Point::new([x, y]).offset([more_x, more_y]);
         let turn = (rotation, flipped != 0.0);
-        Ok(Frame { viewport, center, scale, turn, pixels: vec![[0; 4]; grid::count(viewport)] })
+        let pixels = vec![[0; 4]; grid::count([width, rows.min(height)])];
+        Ok(Frame { viewport, first, center, scale, turn, pixels })
     }
 
     /// Paints a tile over what is there.
@@ -95,7 +99,7 @@ impl Frame {
         camera.look_at(self.center, self.scale);
         let (rotation, flipped) = self.turn;
         camera.turn(rotation, flipped, self.viewport.map(|n| 0.5 * f64::from(n)));
-        tile.painter.draw_scene(&tile.placement, &camera, 0, true, &mut self.pixels);
+        tile.painter.draw_scene(&tile.placement, &camera, self.first, true, &mut self.pixels);
     }
 
     /// Straight R, G, B, A bytes, row by row, as in `ImageData`.

@@ -12,7 +12,7 @@ use crate::sizes::Sizes;
 const SHORT: u32 = 192;
 
 /// Cuts regions along the strokes where that pays, if all texels have one size: a byte must set `price`
-/// pixels right, black for white, to be spent. `None` where none does.
+/// pixels right, black for white, to be spent. Texels of 64 pixels are looked at as of 32. `None` where none does.
 pub(crate) fn sided(prepared: &Prepared<'_>, texel_size: u32, price: f64) -> Option<(Sided, Dual)> {
     let groups = Groups::new(prepared, 0)?;
     let near = groups.near();
@@ -22,7 +22,7 @@ pub(crate) fn sided(prepared: &Prepared<'_>, texel_size: u32, price: f64) -> Opt
     groups.choose(prepared, &near, settled, &costs, Some(texel_size), price)
 }
 
-/// The same if each block has its own; `without` is what blocks cost so far, and nodes are where they are
+/// The same if each block has its own; `costs` are what blocks cost without, and nodes are where they are
 /// `settled`.
 pub(crate) fn sided_blocks(
     prepared: &Prepared<'_>,

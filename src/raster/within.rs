@@ -46,9 +46,8 @@ pub fn regions_within(model: &Image, outline: &[Point<2>]) -> Vec<RegionId> {
     // Where the outline is crossed on the way along a row. No sorting: it would be much of the viewer.
     let columns = (to.x - from.x) as usize;
     let mut crossed = vec![false; columns + 1];
-    let mut row = from.y;
-    while row < to.y {
-        let y = first.y + step * row;
+    for row in 0..(to.y - from.y) as usize {
+        let y = first.y + step * (from.y + row as f64);
         crossed.fill(false);
         let mut one = corners[corners.len() - 1];
         for &other in &corners {
@@ -68,7 +67,6 @@ pub fn regions_within(model: &Image, outline: &[Point<2>]) -> Vec<RegionId> {
                 found[region as usize] = true;
             }
         }
-        row += 1.0;
     }
     (0..).zip(found).filter(|&(_, found)| found).map(|(region, _)| region).collect()
 }

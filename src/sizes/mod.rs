@@ -58,7 +58,7 @@ impl<'a> Sizes<'a> {
                 let looks = std::mem::take(&mut sizes.looks);
                 let sided = Some((cut, dual));
                 sizes = Self::near(prepared, sided, Some(settled), &vec![true; blocks]);
-                // Elsewhere all is as it was.
+                // Elsewhere all is about as it was: some nodes may have moved.
                 for (now, then) in sizes.looks.iter_mut().zip(looks) {
                     let blocks = now.iter_mut().zip(then).zip(&changed);
                     blocks

@@ -62,7 +62,7 @@ export async function launchFirefox() {
   if (!firefoxPath) return undefined;
   const screen = await virtualScreen();
   const { WAYLAND_DISPLAY, ...env } = process.env;
-  const browser = await firefox.launch({
+  const launched = firefox.launch({
     channel: 'moz-firefox',
     executablePath: firefoxPath,
     headless: !screen,
@@ -74,6 +74,8 @@ export async function launchFirefox() {
       'ui.prefersReducedMotion': 1,
     },
   });
+  launched.catch(() => screen?.stop());
+  const browser = await launched;
   browser.on('disconnected', () => screen?.stop());
   return browser;
 }
@@ -126,7 +128,9 @@ export function serveFiles(answer) {
 /** The same with the files of a folder. */
 export function serveFolder(folder) {
   return serveFiles((request, response) => {
-    response.end(readFileSync(join(folder, new URL(request.url, 'http://localhost').pathname)));
+    const path = join(folder, new URL(request.url, 'http://localhost').pathname);
+    if (!existsSync(path)) response.writeHead(404).end();
+    else response.end(readFileSync(path));
   });
 }
 

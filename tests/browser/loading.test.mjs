@@ -199,13 +199,14 @@ test('on a slow network', { concurrency: true }, async (t) => {
     part('progress is soon seen, grows to all of the file, and goes', async (page) => {
       const { seen, loaded, isOver } = await watched(page, `${files.base}whole`);
       const shares = seen.map(({ share }) => Number(share));
-      assert.ok(seen[0].at < 1000, `seen after ${seen[0].at} ms`);
+      // The first answer takes two seconds.
+      assert.equal(seen[0].loaded, 0);
       assert.ok(grows(loaded) && grows(shares), `${loaded}; ${shares}`);
       assert.ok(isOver);
     }),
     part('progress is soon seen, grows and goes, where files are read by ranges', async (page) => {
       const { seen, loaded, isOver } = await watched(page, `${run.server.url}gallery/map.istar`);
-      assert.ok(seen[0].at < 1000, `seen after ${seen[0].at} ms`);
+      assert.equal(seen[0].loaded, 0);
       assert.ok(grows(loaded), `${loaded}`);
       // Nobody knows how much of the file the view needs.
       assert.ok(seen.every(({ share }) => share === null));

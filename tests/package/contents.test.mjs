@@ -22,6 +22,7 @@ const FILES = [
   'dist/istar-cpu.js',
   'dist/istar-export.js',
   'dist/istar-fitter.js',
+  'dist/istar-hash.js',
   'dist/istar-inlined.js',
   'dist/istar-labels.js',
   'dist/istar-legend.js',

@@ -44,8 +44,7 @@ export class Buttons {
     });
   }
 
-  /** Shows whether, and how far, the picture is turned. */
-  /** Hidden without a place. */
+  /** Shows whether, and how far, the picture is turned. Hidden without a place. */
   update(place: Place | undefined): void {
     this.root.hidden = !place;
     if (!place) return;

@@ -5,9 +5,7 @@ import type { RawTile } from './archive.js';
 import type { Renderer, Scene } from './engine.js';
 import type { ErrorKind } from './errors.js';
 import { painterWorker } from './fetched.js';
-import { pieces } from './pieces.js';
 import type { Centre } from './place.js';
-import { inPicture } from './turn.js';
 
 /** What the worker is given: a tile, styles of one, the number of one that is no longer needed, or a view to paint. */
 export type PaintJob =
@@ -36,8 +34,6 @@ interface Waiting {
 
 /** So many pixels for paper are painted at a time. */
 const AT_ONCE = 1024 * 1024;
-/** Where a file's head has the picture's width and height: src/container/SPEC.md. */
-const SIZE_AT = 16;
 
 /**
  * One worker a page, which paints one view after the other. Paper waits for nobody: what is drawn for it is painted here, with what the
@@ -102,15 +98,16 @@ class CpuRenderer implements Renderer {
     // biome-ignore lint/suspicious/noConfusingVoidType: as its interface has it.
   ): Promise<ImageBitmap> | void {
     const frame = ++this.#last;
+    const scale = camera.scale / step;
     const scenes = this.#frame.splice(0);
     // Told by the event that is being dealt with: a listener of its own would hear of it after the figures.
     if (window.event?.type === 'beforeprint' && this.#module && !this.#fault)
-      return this.#paintNow(this.#module, scenes, camera, width, height);
+      return this.#paintNow(this.#module, scenes, camera, scale, width, height);
     const tiles = scenes.map(({ tile }) => tile);
     return new Promise((resolve, reject) => {
       if (this.#fault) return reject(this.#fault);
       this.#waiting.set(frame, { resolve, reject });
-      this.#post({ frame, tiles, width, height, scale: camera.scale / step, centre: camera.place() });
+      this.#post({ frame, tiles, width, height, scale, centre: camera.place() });
     });
   }
 
@@ -119,6 +116,7 @@ class CpuRenderer implements Renderer {
     module: WebAssembly.Module,
     scenes: PaintedScene[],
     camera: Camera,
+    scale: number,
     width: number,
     height: number,
   ): void {
@@ -130,13 +128,7 @@ class CpuRenderer implements Renderer {
       delete this.canvas;
     });
     const context = canvas.getContext('2d');
-    const head = scenes[0]?.raw.head;
-    if (!context || !head) return;
-    const view = new DataView(head.buffer, head.byteOffset);
-    const extent = { width: view.getUint32(SIZE_AT, true), height: view.getUint32(SIZE_AT + 4, true) };
-    const [x, y, moreX, moreY, rotation, flipped] = camera.place();
-    const { scale } = camera;
-    const place = { x: x + moreX, y: y + moreY, scale, rotation, flipped: flipped !== 0 };
+    if (!context) return;
     const tiles: PaintedTile[] = [];
     try {
       for (const { raw, words } of scenes) {
@@ -145,17 +137,11 @@ class CpuRenderer implements Renderer {
         if (words) tile.setStyles(0, words);
       }
       const rows = Math.max(1, Math.floor(AT_ONCE / width));
-      for (const { from, own, over } of pieces([width, height], [width, rows], place, extent)) {
-        const [wide, high] = [own[0] + 2 * Math.abs(over[0]), own[1] + 2 * Math.abs(over[1])];
-        const way = inPicture(place, {
-          x: from[0] + own[0] / 2 + over[0] - width / 2,
-          y: from[1] + own[1] / 2 + over[1] - height / 2,
-        });
-        const frame = new Frame(wide, high, scale, x, y, moreX + way.x, moreY + way.y, rotation, flipped);
+      for (let first = 0; first < height; first += rows) {
+        const high = Math.min(rows, height - first);
+        const frame = new Frame(width, height, first, high, scale, ...camera.place());
         for (const tile of tiles) frame.paint(tile);
-        const pixels = new ImageData(new Uint8ClampedArray(frame.pixels()), wide, high);
-        const [left, top] = [Math.max(-2 * over[0], 0), Math.max(-2 * over[1], 0)];
-        context.putImageData(pixels, from[0] - left, from[1] - top, left, top, ...own);
+        context.putImageData(new ImageData(new Uint8ClampedArray(frame.pixels()), width, high), 0, first);
       }
     } finally {
       for (const tile of tiles) tile.free();

@@ -10,7 +10,7 @@ import { type ViewerError, viewerError } from './errors.js';
 import type { NamedRegion, ViewerElement, ViewerEvents } from './events.js';
 import { Frames } from './frames.js';
 import { type Finger, listenForGestures } from './gestures.js';
-import { Hash } from './hash.js';
+import type { Hash } from './hash.js';
 import type { Host } from './host.js';
 import { Hover } from './hover.js';
 import { listenForKeys } from './keyboard.js';
@@ -140,7 +140,7 @@ export class IStarViewer extends Base {
   #status!: Status;
   #message!: Message;
   #hover!: Hover;
-  #hash: Hash;
+  #hash: Promise<Hash | undefined> | undefined;
   readonly #host: Host;
   #walk: Promise<Walk | undefined> | undefined;
   #beside: Promise<Controls | undefined> | undefined;
@@ -167,15 +167,6 @@ export class IStarViewer extends Base {
       drawn: (first) => this.#drawn(first),
       failed: (cause) => this.#fail(cause),
     });
-    this.#hash = new Hash(
-      () =>
-        this.#view.fitted && this.#ownTurn.join() === [this.rotation, this.flipped].join()
-          ? ''
-          : this.#view.text,
-      (text) => {
-        this.place = text;
-      },
-    );
     this.#fallback = make('slot', '');
     this.#fallback.addEventListener('slotchange', () => {
       this.#label();
@@ -339,7 +330,7 @@ export class IStarViewer extends Base {
     if (this.#open) return;
     this.#open = true;
     this.#label();
-    this.#hash.follow(this.getAttribute('hash'));
+    this.#follow(this.getAttribute('hash'));
     this.#paper.watch(true);
     this.#start();
   }
@@ -353,7 +344,7 @@ export class IStarViewer extends Base {
       this.#approach.stop();
       this.#frames.stop();
       this.#view.watch(false);
-      this.#hash.follow(null);
+      this.#follow(null);
       this.#paper.watch(false);
       this.#close();
     });
@@ -366,11 +357,9 @@ export class IStarViewer extends Base {
     else if (BESIDE.includes(name)) this.#updateBeside();
     else if (name === 'rotation') this.turnTo(this.#ownTurn[0]);
     else if (name === 'flipped') this.turnTo(this.rotation, this.#ownTurn[1]);
-    else if (name === 'hash') {
-      this.#hash.follow(now);
-      this.#hash.read();
-    } else {
-      if (name === 'src' && this.#shown) this.#hash.forget();
+    else if (name === 'hash') this.#follow(now).then((hash) => hash?.read());
+    else {
+      if (name === 'src' && this.#shown) this.#hash?.then((hash) => hash?.forget());
       this.#start();
     }
   }
@@ -414,6 +403,7 @@ export class IStarViewer extends Base {
         file.free();
         throw cause;
       });
+      const hash = await this.#hash;
       if (loading.signal.aborted) {
         file.free();
         return;
@@ -422,7 +412,7 @@ export class IStarViewer extends Base {
       this.style.setProperty('--istar-aspect', `${file.archive.width} / ${file.archive.height}`);
       this.#view.show(file, ready);
       this.#view.turn(...this.#ownTurn);
-      this.#hash.read();
+      hash?.read();
     } catch (cause) {
       if (!loading.signal.aborted) this.#fail(cause, ready);
     }
@@ -506,7 +496,7 @@ export class IStarViewer extends Base {
     const { text } = this.#view;
     if (text === this.#sent) return;
     this.#sent = text;
-    this.#hash.write();
+    this.#hash?.then((hash) => hash?.write());
     this.#emit('viewchange', place);
   }
 
@@ -570,6 +560,26 @@ export class IStarViewer extends Base {
     (await this.#walk)?.start();
   }
 
+  /** Keeps the view in the page's address under that name, nowhere where there is none. */
+  async #follow(name: string | null): Promise<Hash | undefined> {
+    if (name !== null)
+      this.#hash ??= import('./hash.js')
+        .then(({ Hash }) => {
+          const text = () => (this.#isAsItCame ? '' : this.#view.text);
+          return new Hash(text, (text) => {
+            this.place = text;
+          });
+        })
+        .catch(missing);
+    const hash = await this.#hash;
+    hash?.follow(name);
+    return hash;
+  }
+
+  get #isAsItCame(): boolean {
+    return this.#view.fitted && this.#ownTurn.join() === [this.rotation, this.flipped].join();
+  }
+
   /** Brings what is beside the picture up to date; it is fetched only where an attribute asks for it. */
   async #updateBeside(): Promise<void> {
     if (this.#shown && BESIDE.some((name) => this.hasAttribute(name)))
@@ -596,7 +606,8 @@ export class IStarViewer extends Base {
 
   /** As the page has it. */
   get #ownTurn(): [rotation: number, flipped: boolean] {
-    return [Number(this.getAttribute('rotation')) || 0, this.hasAttribute('flipped')];
+    const degrees = Number(this.getAttribute('rotation')) % 360 || 0;
+    return [degrees < 0 ? degrees + 360 : degrees, this.hasAttribute('flipped')];
   }
 
   get #alt(): string {

@@ -2,8 +2,9 @@
 import { blobOf } from './blob.js';
 import type { PictureOptions } from './element.js';
 import { ViewerError } from './errors.js';
-import { pieces } from './pieces.js';
+import type { Place } from './place.js';
 import { tracedView } from './tracing.js';
+import { inPicture, onScreen } from './turn.js';
 import type { View } from './view.js';
 
 /** What every browser has as a canvas, and every device draws at once. */
@@ -41,7 +42,7 @@ async function pictureOf(view: View, options: PictureOptions): Promise<HTMLCanva
   const { text, place, file } = view;
   if (!place || !file) throw new Error('There is no picture.');
   const drawn = { ...place, scale: place.scale * fineness };
-  for (const { from, own, over } of pieces([width, height], [AT_ONCE, AT_ONCE], drawn, file.archive)) {
+  for (const { from, own, over } of pieces([width, height], drawn, file.archive)) {
     const size = { width: own[0] + 2 * Math.abs(over[0]), height: own[1] + 2 * Math.abs(over[1]) };
     const piece = view.twin(size, fineness, (twin) => {
       twin.text = text;
@@ -61,4 +62,53 @@ async function pictureOf(view: View, options: PictureOptions): Promise<HTMLCanva
     }
   }
   return picture;
+}
+
+type Pair = [along: number, down: number];
+
+/** A part of a picture, in its pixels. */
+interface Piece {
+  from: Pair;
+  own: Pair;
+  /** The middle of what is drawn for it is so far from its own: drawn is so much more on that side, and as much on the other. */
+  over: Pair;
+}
+
+/**
+ * Cuts a picture where there is anything to see. A camera's middle cannot leave what it looks at: a piece whose own does is drawn
+ * larger.
+ */
+function* pieces(
+  [width, height]: Pair,
+  place: Place,
+  extent: { width: number; height: number },
+): Iterable<Piece> {
+  for (let y = 0; y < height; y += AT_ONCE) {
+    for (let x = 0; x < width; x += AT_ONCE) {
+      const own: Pair = [Math.min(AT_ONCE, width - x), Math.min(AT_ONCE, height - y)];
+      const middle = { x: x + (own[0] - width) / 2, y: y + (own[1] - height) / 2 };
+      const way = inPicture(place, middle);
+      const [sourceX, sourceY] = [place.x + way.x, place.y + way.y];
+      const back = onScreen(place, {
+        x: inside(sourceX, extent.width, place.scale) - sourceX,
+        y: inside(sourceY, extent.height, place.scale) - sourceY,
+      });
+      // The picture is convex: its nearest place is that far, and the piece reaches half of itself that way.
+      const far = Math.hypot(back.x, back.y);
+      const reach = (Math.abs(back.x) * own[0] + Math.abs(back.y) * own[1]) / 2;
+      if (far * far > reach + 4 * far) continue;
+      yield { from: [x, y], own, over: [away(back.x), away(back.y)] };
+    }
+  }
+}
+
+/** The nearest place that is so far inside that whole pixels, in any direction, do not lead out again. */
+function inside(along: number, extent: number, scale: number): number {
+  const rim = Math.min(2 / scale, extent / 2);
+  return Math.min(Math.max(along, rim), extent - rim);
+}
+
+/** Whole pixels, away from zero. */
+function away(by: number): number {
+  return Math.sign(by) * Math.ceil(Math.abs(by));
 }

@@ -48,10 +48,12 @@ export class Overview {
   update(place: Place | undefined): void {
     const { view } = this.#host;
     const { file } = view;
+    const { version } = view.styles;
     const room = view.canvas.clientWidth;
     const [width, height] = this.#size();
     const isShown = !!place && !!file && room >= LEAST_ROOM * LONGER_PX;
     this.root.hidden = !isShown;
+    clearTimeout(this.#timer);
     if (!isShown || !place) {
       this.#small?.clear();
       this.#small = undefined;
@@ -65,14 +67,13 @@ export class Overview {
     if (this.#small?.file !== file) {
       this.#small?.clear();
       this.#small = view.twin();
+      this.#drawn = version;
       if (this.#small) this.root.prepend(this.#small.canvas);
     }
-    // Regions may look otherwise than when it was drawn; what is highlighted is told by the view.
-    const { version, lights } = view.styles;
-    clearTimeout(this.#timer);
-    if (this.#drawn !== version - lights)
+    // Regions may look otherwise than when it was drawn.
+    if (this.#drawn !== version)
       this.#timer = setTimeout(() => {
-        this.#drawn = version - lights;
+        this.#drawn = version;
         this.#small?.redraw();
       }, REST_MS);
     if (place.rotation || place.flipped) {

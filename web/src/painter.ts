@@ -32,7 +32,7 @@ async function work(job: PaintJob): Promise<void> {
     tiles.get(job.tile)?.setStyles(job.first, job.words);
   } else {
     const { width, height } = job;
-    const frame = new Frame(width, height, job.scale, ...job.centre);
+    const frame = new Frame(width, height, 0, height, job.scale, ...job.centre);
     for (const id of job.tiles) {
       const tile = tiles.get(id);
       if (tile) frame.paint(tile);

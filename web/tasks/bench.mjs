@@ -1,5 +1,5 @@
-// `npm run bench`: what pictures cost, in tables; tests/bench/main.rs says which there are, and rd.py beside it is one more. Words in
-// the arguments choose some.
+// `npm run bench`: what pictures cost, in tables; tests/bench/main.rs says which there are, and rd.py (`rd`) and
+// frames.mjs (`frames`) beside it are two more. Words in the arguments choose some.
 import { existsSync, mkdirSync, rmSync } from 'node:fs';
 import { measureWeb } from '../../tests/bench/open.mjs';
 import { build, wasmModules } from './build.mjs';
@@ -20,10 +20,10 @@ const PICTURES = ['emblem', 'map'];
 await main(import.meta.url, async () => {
   const words = process.argv.slice(2);
   const moves = words.length === 0 || words.includes('frames');
-  if (words.length === 1 && moves) return frames();
+  if (moves && words.length > 0) await frames();
   const others = words.filter((word) => word !== 'rd' && word !== 'frames');
   // All words that are pictures may belong to it.
-  if (others.length < words.length) rates(others.filter((word) => PICTURES.includes(word)));
+  if (words.includes('rd')) rates(others.filter((word) => PICTURES.includes(word)));
   if (others.length < words.length && others.every((word) => PICTURES.includes(word))) return;
   // Not in the set-up, because only one table needs it.
   if (others.length === 0 || others.includes('rivals')) {
@@ -41,7 +41,7 @@ await main(import.meta.url, async () => {
     await wasmModules();
     await measureWeb(folder, at('target', 'web'), at('dist'));
   }
-  if (moves) await frames();
+  if (words.length === 0) await frames();
 });
 
 /** A moving view in a browser. */

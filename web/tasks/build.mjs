@@ -134,7 +134,7 @@ export async function bundle() {
   await bundled('web/src/absorb.ts', 'istar-absorb.js', ['istar_encoder_bg.wasm']);
   await bundled('web/src/names.ts', 'istar-names.js', []);
   await bundled('web/src/export.ts', 'istar-export.js', ['istar-labels.js']);
-  for (const name of ['walk', 'controls', 'webgl2', 'webgpu'])
+  for (const name of ['hash', 'walk', 'controls', 'webgl2', 'webgpu'])
     await bundled(`web/src/${name}.ts`, `istar-${name}.js`, []);
   await bundled('web/src/legend.ts', 'istar-legend.js', []);
   await bundled('web/src/material.ts', 'istar-material.js', ['istar_encoder_bg.wasm']);

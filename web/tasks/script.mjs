@@ -9,6 +9,7 @@ const FETCHED = {
   './cpu.js': './istar-cpu.js',
   './export.js': './istar-export.js',
   './fitting.js': './istar-labels.js',
+  './hash.js': './istar-hash.js',
   './names.js': './istar-names.js',
   './walk.js': './istar-walk.js',
   './webgl2.js': './istar-webgl2.js',
