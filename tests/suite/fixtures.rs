@@ -83,6 +83,15 @@ pub fn gallery(name: &str) -> Source<2> {
     Source::from_colors(size, &colors, &Limits::default()).unwrap()
 }
 
+/// A part of a picture.
+pub fn crop(source: &Source<2>, [left, top]: [u32; 2], size: [u32; 2]) -> Source<2> {
+    let width = source.size()[0];
+    let rows = (top..top + size[1]).map(|y| (y * width + left) as usize);
+    let pixels = rows.flat_map(|row| &source.classes()[row..row + size[0] as usize]);
+    let colors: Vec<[u8; 4]> = pixels.map(|class| class.to_le_bytes()).collect();
+    Source::from_colors(size, &colors, &Limits::default()).unwrap()
+}
+
 /// Encodes at every one of the texel sizes with both γ, finds no violations by closed form or by decoding,
 /// and passes each on with its texel size and what to call it.
 pub fn each_sound(
