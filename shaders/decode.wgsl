@@ -8,16 +8,14 @@ struct Cut {
     at: vec3<f32>,
     // The candidate on the positive side: its region.
     region: u32,
-    // By pairs: see PART and NOTHING. Otherwise the masks of the candidate's neighbours, and of the
-    // first candidate's above.
+    // By pairs: see NOTHING.
     flags: u32,
     // The region of the pair's other, or of the list's first candidate.
     other: u32,
 }
 
-// A pair's flags: there is a boundary; nothing parts the two.
-const PART = 1u;
-const NOTHING = 2u;
+// A pair's flag: nothing parts the two.
+const NOTHING = 1u;
 
 // Its columns as they are in the table.
 struct Columns {
@@ -73,7 +71,8 @@ const FAR = 1e30;
 // Beyond it a pixel is covered by one side: half its diagonal.
 const REACH = 0.7072;
 
-// The two nearest boundaries with other regions. Both may be with nodes of one: it is there on both sides of a stroke.
+// The nearest boundary with another region, and the nearest of all others. These may be with the same, or part nodes of
+// the place's own: a region is there on both sides of a stroke.
 struct Sides {
     near: Side,
     next: Side,
@@ -84,18 +83,20 @@ fn no_sides() -> Sides {
     return Sides(none, none);
 }
 
-fn with_side(sides: Sides, boundary: vec3<f32>, region: u32, candidate: u32) -> Sides {
+fn with_side(sides: Sides, own: u32, boundary: vec3<f32>, region: u32, candidate: u32) -> Sides {
     let steepness = length(boundary.yz);
     // In a gap between planes the winner is on the far side of one: at the boundary, then.
     let distance = max(boundary.x, 0.0) / max(steepness, 1e-30);
-    let side = Side(select(FAR, distance, steepness > 0.0), region, boundary, candidate);
-    if side.distance < sides.near.distance {
-        return Sides(side, sides.near);
+    var near = sides.near;
+    var next = Side(select(FAR, distance, steepness > 0.0), region, boundary, candidate);
+    if (next.distance < near.distance) & (region != own) {
+        near = next;
+        next = sides.near;
     }
-    if side.distance < sides.next.distance {
-        return Sides(sides.near, side);
+    if next.distance >= sides.next.distance {
+        next = sides.next;
     }
-    return sides;
+    return Sides(near, next);
 }
 
 // What a pixel's middle belongs to, and how much of the pixel each of three regions covers.
@@ -195,12 +196,11 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
     // The cut between these is next. Not by pairs, i stays the first.
     var i = 0u;
     var j = 1u;
-    // The winner's region, its number, how deep in it the place is; and not by pairs its cut and its neighbours.
+    // The winner's region, its number, how deep in it the place is; and not by pairs its cut.
     var region = 0u;
     var winner = 0u;
     var deepest = -FAR;
     var own = vec3(0.0);
-    var neighbours = 0u;
     // By pairs, the least p_ij of i so far.
     var depth = FAR;
     var sides = no_sides();
@@ -221,14 +221,14 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
             region = select(c.other, c.region, second);
             other = select(c.region, c.other, second);
             boundary = select(-c.at, c.at, second);
-            is_side = (c.flags & PART) != 0u;
+            is_side = true;
             goal = DONE;
         } else if goal == BETWEEN {
             between = at;
             goal = DONE;
         } else if goal == SIDES {
             boundary = select(own - c.at, at, by_pairs);
-            is_side = select((neighbours >> j) & 1u, c.flags & PART, by_pairs) != 0u;
+            is_side = j != winner;
             j++;
             if by_pairs & (j == i) {
                 j++;
@@ -260,12 +260,11 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
         } else {
             if j == 1u {
                 region = c.other;
-                neighbours = c.flags >> 16u;
             }
             if c.at.x > own.x {
                 own = c.at;
                 region = c.region;
-                neighbours = c.flags & 0xffffu;
+                winner = j;
             }
             j++;
             if j >= count {
@@ -275,16 +274,16 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
                 other = c.other;
                 candidate = 0u;
                 boundary = own;
-                is_side = (neighbours & 1u) != 0u;
+                is_side = winner != 0u;
             }
         }
         if is_side {
-            sides = with_side(sides, boundary, other, candidate);
+            sides = with_side(sides, region, boundary, other, candidate);
         }
         if goal == BETWEEN {
             i = sides.near.candidate;
             j = sides.next.candidate;
-            if (sides.next.distance >= REACH) | !is_antialiased {
+            if (max(sides.near.distance, sides.next.distance) >= REACH) | !is_antialiased {
                 goal = DONE;
             }
         }

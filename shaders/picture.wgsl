@@ -85,10 +85,9 @@ fn seen_between(word: u32, low: vec2<f32>, high: vec2<f32>) -> Seen {
     }
     let x = controls(low.x, high.x);
     let y = controls(low.y, high.y);
-    // One that is ahead around the middle: its cut, region, and neighbours.
+    // One that is ahead around the middle: its cut and region.
     var best = mat3x3<f32>();
     var best_region = 0u;
-    var neighbours = 0u;
     var leader = 0u;
     var others = 0u;
     // First all are looked at for that one, then for those that get ahead of it.
@@ -113,14 +112,13 @@ fn seen_between(word: u32, low: vec2<f32>, high: vec2<f32>) -> Seen {
             if (lead[1].y > 0.0) | is_first {
                 best = ahead;
                 best_region = own;
-                neighbours = select(c.c1.w & 0xffffu, c.c1.w >> 16u, is_first);
                 leader = i;
             }
         } else if (i != leader) & (max(most.x, max(most.y, most.z)) > 0.0) {
             others++;
             ahead -= best;
             cut.c0 = vec4(bitcast<vec3<u32>>(ahead[0]), own);
-            cut.c1 = vec4(bitcast<vec3<u32>>(ahead[1]), (neighbours >> i) & PART);
+            cut.c1 = vec4(bitcast<vec3<u32>>(ahead[1]), 0u);
             cut.c2 = vec4(bitcast<vec3<u32>>(ahead[2]), 0u);
         }
         k++;
@@ -180,8 +178,8 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
     let is_plain = ((view.flags & PATCHES) != 0u)
         & (seen.count < MANY)
         & ((motif_of(positive) | motif_of(negative)) == 0u);
-    let parts = ((seen.cut.c1.w & PART) != 0u) & ((view.flags & ANTIALIAS) != 0u);
-    let limit = select(0.0, REACH * per_cell * steepest(seen.cut, low, high), parts);
+    let is_antialiased = (view.flags & ANTIALIAS) != 0u;
+    let limit = select(0.0, REACH * per_cell * steepest(seen.cut, low, high), is_antialiased);
     let first = floor((crossing(at) + 1.0) / view.to_clip);
     let start = zero + first * per_cell;
     let cut = mat3x3(

@@ -27,9 +27,6 @@ pub(crate) enum Deciding {
 pub(crate) struct Candidates {
     pub nodes: Vec<NodeId>,
     pub regions: Vec<RegionId>,
-    /// Bit j of entry i: there is a boundary between candidates i and j. They share an edge, are of
-    /// different regions, and not in one place.
-    pub neighbours: Vec<u16>,
     /// Planes decide that are not all bisectors of the nodes, and each pair has a cut of its own;
     /// otherwise every candidate has one, against the first.
     pub by_pairs: bool,
@@ -53,15 +50,6 @@ impl Deciding {
             return Some(Deciding::Solid(first));
         }
         let count = nodes.len();
-        let neighbours = (0..count)
-            .map(|i| {
-                let bound = (0..count).filter(|&j| {
-                    image.may_meet(&nodes, nodes[i], nodes[j])
-                        && image.plane(nodes[i], nodes[j]).is_some()
-                });
-                bound.fold(0, |mask, j| mask | 1 << j)
-            })
-            .collect();
         let pairs = || (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
         let by_pairs = pairs().any(|(i, j)| image.edge_plane(nodes[i], nodes[j]).is_some());
         let planes = if by_pairs {
@@ -69,7 +57,7 @@ impl Deciding {
         } else {
             (1..count).map(|i| score(image, nodes[0], nodes[i])).collect()
         };
-        Some(Deciding::Between(Candidates { nodes, regions, neighbours, by_pairs, planes }))
+        Some(Deciding::Between(Candidates { nodes, regions, by_pairs, planes }))
     }
 
     /// How many cuts a cell with it has.
@@ -129,14 +117,9 @@ impl Candidates {
                 seen.push(ahead);
             }
         }
-        let mask = |&i: &usize| {
-            let bound = (0..).zip(&order).filter(|&(_, &j)| self.neighbours[i] >> j & 1 == 1);
-            bound.fold(0, |mask, (j, _)| mask | 1 << j)
-        };
         let kept = Candidates {
             nodes: order.iter().map(|&i| self.nodes[i]).collect(),
             regions: order.iter().map(|&i| self.regions[i]).collect(),
-            neighbours: order.iter().map(mask).collect(),
             by_pairs: false,
             planes: Vec::new(),
         };

@@ -325,18 +325,6 @@ impl<const D: usize, const E: usize> Model<D, E> {
         self.edges.binary_search(&[a.min(b), a.max(b)]).is_ok()
     }
 
-    /// Whether a boundary may be seen between two nodes of a list: they are of two regions, nodes of which
-    /// share an edge. Where a region has several nodes, one gives way to another wherever nothing is seen
-    /// of it, and so comes to meet what only that one met in the source.
-    pub fn may_meet(&self, list: &[NodeId], a: NodeId, b: NodeId) -> bool {
-        let region = |node: NodeId| self.nodes[node as usize].region;
-        let (of_a, of_b) = (region(a), region(b));
-        let share = |&i: &NodeId| {
-            region(i) == of_a && list.iter().any(|&j| region(j) == of_b && self.has_edge(i, j))
-        };
-        of_b.is_some() && of_a != of_b && list.iter().any(share)
-    }
-
     /// Bytes of memory that it takes, about.
     pub(crate) fn bytes(&self) -> u64 {
         let of_block = |block: &Block<E>| match block {

@@ -9,10 +9,9 @@
 //!
 //! A folded table's entry `i` is at `(i % WIDTH, i / WIDTH)`. Every cell that is not solid has cuts of
 //! its own, so that nothing else is loaded to find a region: one for each candidate but the first,
-//! positive where it is nearer than the first; its words are the candidate's region, the mask of its
-//! neighbours (and, above, of the first's), and the first's region. Where an edge of the list has a
-//! plane of its own the cuts are by pairs (i, j), i < j, in order: p_ji, with j's region, bit 0 = there
-//! is a boundary, bit 1 = nothing parts the two, and i's region. With two candidates the two forms are
+//! positive where it is nearer than the first; its words are the candidate's region, 0, and the first's
+//! region. Where an edge of the list has a plane of its own the cuts are by pairs (i, j), i < j, in order:
+//! p_ji, with j's region, 1 = nothing parts the two, and i's region. With two candidates the two forms are
 //! one. Ghosts never win and are left out; a list whose nodes all belong to one region makes its cells
 //! solid.
 
@@ -43,9 +42,8 @@ pub(super) const SOLID: u32 = 1 << 31;
 const TEXEL_LOG2_SHIFT: u32 = 28;
 const COUNT_SHIFT: u32 = 26;
 const BY_PAIRS: u32 = 1 << 25;
-/// A pair's flags.
-const PART: u32 = 1;
-const NOTHING: u32 = 2;
+/// A pair's flag.
+const NOTHING: u32 = 1;
 
 /// A cut: three columns of coefficients, each with a word.
 pub type Cut = [[u32; 4]; 3];
@@ -239,7 +237,7 @@ pub(super) fn push_cuts(
     first: u32,
     cuts: &mut Vec<Cut>,
 ) -> u32 {
-    let Candidates { regions, neighbours, by_pairs, .. } = candidates;
+    let Candidates { regions, by_pairs, .. } = candidates;
     let count = regions.len();
     let mut push = |k: usize, words: [u32; 3]| {
         let columns = cut(k).0;
@@ -251,16 +249,14 @@ pub(super) fn push_cuts(
     if *by_pairs {
         for i in 0..count {
             for j in i + 1..count {
-                let part = u32::from(neighbours[i]) >> j & PART;
                 let k = candidates.pair(i, j);
                 let nothing = if candidates.is_level(k) { NOTHING } else { 0 };
-                push(k, [regions[j], part | nothing, regions[i]]);
+                push(k, [regions[j], nothing, regions[i]]);
             }
         }
     } else {
         for i in 1..count {
-            let masks = u32::from(neighbours[i]) | u32::from(neighbours[0]) << 16;
-            push(i - 1, [regions[i], masks, regions[0]]);
+            push(i - 1, [regions[i], 0, regions[0]]);
         }
     }
     let by_pairs = if *by_pairs { BY_PAIRS } else { 0 };

@@ -46,8 +46,10 @@ pub fn decode_at<const D: usize, const E: usize>(
     let winner = model.winner(candidates, v)?;
 
     let mut across: Option<Across> = None;
+    let region = |node: NodeId| model.nodes[node as usize].region;
     for &other in candidates {
-        if !model.may_meet(candidates, winner, other) {
+        // Ghosts are never seen.
+        if region(other).is_none() || region(other) == region(winner) {
             continue;
         }
         let Some(plane) = model.plane(winner, other) else { continue };
@@ -178,6 +180,8 @@ pub(super) struct Around {
     pub node: NodeId,
     /// Its boundaries with other regions, the nearest first.
     pub sides: Vec<Side>,
+    /// Where other nodes of its own region begin, likewise: behind a stroke it is there again.
+    siblings: Vec<Side>,
     value: Value<3>,
     /// The value's derivatives by sub-samples.
     jacobian: [[f64; 2]; 3],
@@ -190,7 +194,13 @@ impl Around {
             Located::Outside => return None,
             Located::Solid(node) => {
                 let (value, jacobian) = ([0.0; 3], [[0.0; 2]; 3]);
-                return Some(Around { node, sides: Vec::new(), value, jacobian });
+                return Some(Around {
+                    node,
+                    sides: Vec::new(),
+                    siblings: Vec::new(),
+                    value,
+                    jacobian,
+                });
             }
             Located::Cell(at) => at,
         };
@@ -198,18 +208,23 @@ impl Around {
         let (value, jacobian) = model.interpolate(&at);
         let jacobian = jacobian.map(|row| row.map(|d| d * sub_pixel));
         let node = model.winner(candidates, value)?;
-        let mut around = Around { node, sides: Vec::new(), value, jacobian };
+        let mut around = Around { node, sides: Vec::new(), siblings: Vec::new(), value, jacobian };
+        let region = |node: NodeId| model.nodes[node as usize].region;
         for &other in candidates {
-            if !model.may_meet(candidates, node, other) {
+            if other == node || region(other).is_none() {
                 continue;
             }
+            let is_sibling = region(other) == region(node);
             let Some(linear) = around.linear(model, node, other) else { continue };
             let steepness = linear[1].hypot(linear[2]);
             let distance =
                 if steepness > 0.0 { linear[0].max(0.0) / steepness } else { f64::INFINITY };
-            around.sides.push(Side { node: other, distance, linear });
+            let side = Side { node: other, distance, linear };
+            if is_sibling { around.siblings.push(side) } else { around.sides.push(side) }
         }
-        around.sides.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        for sides in [&mut around.sides, &mut around.siblings] {
+            sides.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        }
         Some(around)
     }
 
@@ -223,13 +238,15 @@ impl Around {
 
     /// How much of a sub-sample up to three nodes cover, these taken as straight within it.
     pub fn shares(&self, model: &Image) -> [Option<(NodeId, f64)>; 3] {
-        let mut near = self.sides.iter().take_while(|side| side.distance < REACH);
+        let mut near = self.sides.iter().filter(|side| side.distance < REACH);
         let Some(first) = near.next() else { return [Some((self.node, 1.0)), None, None] };
-        let Some(next) = near.next() else {
+        let behind = self.siblings.iter().find(|side| side.distance < REACH);
+        let next = near.next().into_iter().chain(behind);
+        let Some(next) = next.min_by(|a, b| a.distance.total_cmp(&b.distance)) else {
             let own = share_of_square(first.distance, [first.linear[1], first.linear[2]]);
             return [Some((self.node, own)), Some((first.node, 1.0 - own)), None];
         };
-        // Three nodes meet. Two may be of one region: it is there on both sides of a stroke.
+        // Three nodes meet, of which two may be of one region.
         let between = self.linear(model, first.node, next.node).unwrap_or([0.0; 3]);
         let counts = shares_of_three(first.linear, next.linear, between);
         [Some((self.node, counts[0])), Some((first.node, counts[1])), Some((next.node, counts[2]))]

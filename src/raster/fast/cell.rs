@@ -64,7 +64,7 @@ impl<'a> CellView<'a> {
 
     /// What covers a pixel `x` to the right of the middle, by shares.
     pub fn shares(&self, rows: &[Row<f64>], x: f64, antialias: bool) -> [Share; 3] {
-        let Candidates { regions, neighbours, by_pairs, .. } = self.candidates.as_ref();
+        let Candidates { regions, by_pairs, .. } = self.candidates.as_ref();
         let mut values = [0.0; MAX_CANDIDATES];
         let winner = if *by_pairs { self.deepest(rows, x) } else { nearest(rows, x, &mut values) };
         let region = regions[winner];
@@ -73,7 +73,7 @@ impl<'a> CellView<'a> {
             return own;
         }
         let mut sides = [None, None];
-        for other in (0..regions.len()).filter(|&other| neighbours[winner] >> other & 1 == 1) {
+        for other in (0..regions.len()).filter(|&other| other != winner) {
             // Most are too far away, whatever the gradient is.
             let apart = values[winner] - values[other];
             if !by_pairs && apart > REACH * self.steepest(winner, other) {
@@ -85,7 +85,7 @@ impl<'a> CellView<'a> {
             // Not a number where it is level: then too it is far away.
             if distance < REACH {
                 let side = Side { candidate: other, region: regions[other], distance, linear };
-                sides = with(sides, side);
+                sides = with(sides, side, region);
             }
         }
         match sides {
@@ -149,14 +149,19 @@ struct Side {
     linear: Linear,
 }
 
-/// The two nearest sides, with one more. Both may be of one region: it is there on both sides of a stroke.
-fn with([near, next]: [Option<Side>; 2], side: Side) -> [Option<Side>; 2] {
-    let Some(first) = near else { return [Some(side), None] };
-    if side.distance < first.distance {
-        return [Some(side), near];
+/// The nearest side with another region than `own`, and the nearest of all others, with one more. The others may be
+/// of the first's region or of `own`: a region is there on both sides of a stroke.
+fn with([near, next]: [Option<Side>; 2], side: Side, own: RegionId) -> [Option<Side>; 2] {
+    let before =
+        |side: Side, than: Option<Side>| than.is_none_or(|than| side.distance < than.distance);
+    let (near, left) = match before(side, near) && side.region != own {
+        true => (Some(side), near),
+        false => (near, Some(side)),
+    };
+    match left {
+        Some(left) if before(left, next) => [near, Some(left)],
+        _ => [near, next],
     }
-    let is_nearer = next.is_none_or(|next| side.distance < next.distance);
-    [near, if is_nearer { Some(side) } else { next }]
 }
 
 impl<T: Copy + Add<Output = T> + Mul<Output = T>> Cut<T> {

@@ -318,7 +318,7 @@ impl<'a> Painter<'a> {
             }
             let cut = Cut(cut.0.map(|column| column.map(|factor| factor as f32)));
             let colors = [*a, *b].map(|region| self.colors[region as usize]);
-            let blends = block.antialias && candidates.neighbours[0] != 0;
+            let blends = block.antialias && !candidates.is_level(0);
             for (y, row) in rows {
                 let cut = cut.row(row - middle[1]);
                 paint_pair(&cut, colors, blends, (columns, middle[0]), into.row(pixels[0], y));
