@@ -55,12 +55,9 @@ pub struct EncodeOptions {
     /// Classes that must not meet; a class may be a layer in one rule and be parted in another.
     pub forbidden: Vec<Forbidden>,
     /// Whether sharp corners of boundaries get hidden nodes, where that pays by [`price`](Self::price),
-    /// and no classes are forbidden to meet.
+    /// and no classes are forbidden to meet; and, with the feature `strokes`, what lies on one side of a
+    /// stroke in a region: then strokes hold that are thinner than a texel, in fewer bytes.
     pub hidden_nodes: bool,
-    /// Whether strokes get them too: what lies on one side of a stroke in a region. Then strokes hold that
-    /// are thinner than a texel, in fewer bytes; where they are thinner than a pixel of the screen they are
-    /// drawn a little too wide. Without the feature `strokes` they never do.
-    pub strokes: bool,
     /// Caps on the source.
     pub limits: Limits,
 }
@@ -77,7 +74,6 @@ impl Default for EncodeOptions {
             min_region: 0,
             forbidden: Vec::new(),
             hidden_nodes: true,
-            strokes: false,
             limits: Limits::default(),
         }
     }
@@ -206,7 +202,7 @@ impl<'a> Prepared<'a> {
 
     /// Whether strokes may have them.
     pub(crate) fn may_hide_strokes(&self) -> bool {
-        cfg!(feature = "strokes") && self.may_hide() && self.options.strokes
+        cfg!(feature = "strokes") && self.may_hide()
     }
 
     /// The image with one of [`TEXEL_SIZES`], whatever the options say.

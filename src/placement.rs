@@ -2,6 +2,7 @@
 
 use crate::camera::Camera;
 use crate::grid::Point;
+use crate::kernel::Kernel;
 use crate::style;
 
 /// A scene's place in the picture that a [`Camera`] looks at. Lengths are in the picture's own pixels,
@@ -56,11 +57,17 @@ const DENSE: u32 = 4;
 /// samples than a sixth of its pixels, however small it is shown.
 const SPARSE: f64 = 2.5;
 
+/// From closer by than this, in screen pixels per pixel of the scene, one place tells enough of a boundary that bends
+/// from cell to cell.
+const BENDS: f64 = 4.0;
+
 impl SceneView {
     /// Sub-samples along each axis of a screen pixel: 1, or more where it covers several pixels of the
-    /// scene, since one place cannot stand for them.
-    pub fn samples(&self) -> u32 {
-        let covered = 1.0 / self.scale;
+    /// scene, since one place cannot stand for them. With the linear kernel boundaries bend from cell to cell, which
+    /// one place does not tell: there are twice as many until cells are large.
+    pub fn samples(&self, kernel: Kernel) -> u32 {
+        let bends = kernel == Kernel::Linear && self.scale < BENDS;
+        let covered = if bends { (2.0 / self.scale).max(2.0) } else { 1.0 / self.scale };
         let [dense, sparse] = [covered, covered / SPARSE].map(|along| along.ceil() as u32);
         dense.min(DENSE).max(sparse).clamp(1, MAX_SAMPLES)
     }

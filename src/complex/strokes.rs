@@ -43,6 +43,8 @@ pub struct Strokes {
     sides: Vec<Side>,
     /// How many groups there are of sides that are across from each other.
     groups: usize,
+    /// Sides of pixels at all boundaries.
+    boundary: u64,
 }
 
 /// A side of a pixel between a region and a stroke in it.
@@ -85,7 +87,9 @@ pub fn strokes(regions: &Regions<2>) -> Option<Strokes> {
         return None;
     }
     let primal = Primal::new(regions);
-    let mut strokes = Strokes { cracks: Vec::new(), sides: Vec::new(), groups: 0 };
+    let inner = primal.chains.iter().filter(|chain| !chain.is_rim());
+    let boundary = inner.map(|chain| u64::from(chain.length)).sum();
+    let mut strokes = Strokes { cracks: Vec::new(), sides: Vec::new(), groups: 0, boundary };
     let mut chains = Vec::new();
     for id in 0..primal.chains.len() as ChainId {
         let chain = &primal.chains[id as usize];
@@ -113,6 +117,11 @@ impl Strokes {
     /// How many groups of strokes there are that may be cut along or not.
     pub fn groups(&self) -> usize {
         self.groups
+    }
+
+    /// Sides of pixels at all boundaries of the picture, of strokes and of others.
+    pub fn boundary(&self) -> u64 {
+        self.boundary
     }
 
     /// A pixel beside each crack of a group, and the group.

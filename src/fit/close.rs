@@ -20,6 +20,7 @@ const PROJECTIONS: usize = 16;
 /// texels can; and where they cannot, all that reach a sample at once.
 pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
     problem.seam_cost = COST;
+    problem.look_closer();
     let mut errors = all_errors(problem);
     // Those that agreeing changes.
     let mut joined: Vec<u32> =

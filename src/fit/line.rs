@@ -3,7 +3,6 @@
 use super::deepest::{Wedges, deepest};
 use super::margin::swapped;
 use super::problem::{Border, Cell, Contest, NOBODY, Problem, TAPS};
-use super::weights::Weights;
 use crate::limits::MAX_CANDIDATES;
 
 /// Steps to either side that are looked at.
@@ -82,8 +81,8 @@ impl Scalar {
 }
 
 #[inline]
-fn at(weights: &Weights, line: [f32; 3], x: usize) -> f32 {
-    weights.along[0][x] * line[0] + weights.along[1][x] * line[1] + weights.along[2][x] * line[2]
+fn at(along: &[Vec<f32>; 3], line: [f32; 3], x: usize) -> f32 {
+    along[0][x] * line[0] + along[1][x] * line[1] + along[2][x] * line[2]
 }
 
 /// For each candidate how near it is: v · X − |X|² / 2, greatest for the nearest.
@@ -134,27 +133,29 @@ impl Row<'_> {
     }
 }
 
-/// Calls `look` for each row of samples, every `step`th row of pixels: with its weights across, whether
+/// Calls `look` for each row of samples, every `step`th row of pixels: with its weights across and along, whether
 /// its axes are swapped, and what should come out.
 fn each_row<'a, const E: usize>(
     problem: &'a Problem<E>,
     info: &Cell,
     labels: &'a [u8],
     step: usize,
-    mut look: impl FnMut(&'a [f32], bool, Row<'a>),
+    mut look: impl FnMut(&'a [f32], &'a [Vec<f32>; 3], bool, Row<'a>),
 ) {
     let weights = problem.weights(info);
     let width = weights.along[0].len();
     let rows = labels.chunks_exact(width).zip(&weights.across);
     for (row, across) in rows.skip(step / 2).step_by(step) {
-        look(across, false, Row::Pixels(row));
+        look(across, &weights.along, false, Row::Pixels(row));
     }
     for border in problem.borders(info) {
         let of_side = &weights.borders[border.axis as usize][border.side as usize];
-        let rows =
+        let mut rows =
             problem.allowed[border.samples..border.samples + border.count].chunks_exact(width);
-        for (allowed, across) in rows.zip(&of_side.across) {
-            look(across, border.axis == 0, Row::Border(allowed));
+        for along in &weights.at_places {
+            for (across, allowed) in of_side.across.iter().zip(&mut rows) {
+                look(across, along, border.axis == 0, Row::Border(allowed));
+            }
         }
     }
 }
@@ -204,20 +205,28 @@ pub(super) fn count_errors<const E: usize>(
     let scalars = scalars(contest, taps, along_taps);
     let mut sum = 0;
     if let (2, [pair]) = (contest.nodes.len(), contest.pairs.as_slice()) {
-        each_row(problem, info, problem.labels(cell), 1, |across, swapped, row| {
+        each_row(problem, info, problem.labels(cell), 1, |across, along, swapped, row| {
             let line = scalars.get(swapped)[0].line(across, along_taps);
+            // Between its taps' a row's p is nowhere.
+            let signs = line[..along_taps].iter().filter(|&&p| p < 0.0).count();
+            let is_settled = signs == 0 || signs == along_taps;
             match row {
                 Row::Pixels(labels) => {
                     let mut wrong = 0;
                     for (x, &label) in labels.iter().enumerate() {
-                        let winner = u8::from(at(weights, line, x) < 0.0);
+                        let winner = u8::from(at(along, line, x) < 0.0);
                         wrong += i64::from(label ^ winner == 1);
                     }
                     sum += wrong * i64::from(pair.cost);
                 }
+                Row::Border(allowed) if is_settled => {
+                    let open = 2 >> u16::from(signs > 0);
+                    let seams = allowed.iter().filter(|&&allowed| allowed == open).count();
+                    sum += problem.seam_cost * seams as i64;
+                }
                 Row::Border(allowed) => {
                     for (x, &allowed) in allowed.iter().enumerate() {
-                        let winner = u16::from(at(weights, line, x) < 0.0);
+                        let winner = u16::from(at(along, line, x) < 0.0);
                         sum += problem.seam_cost * i64::from(allowed == 2 >> winner);
                     }
                 }
@@ -227,31 +236,47 @@ pub(super) fn count_errors<const E: usize>(
     }
     let count = contest.nodes.len();
     let mut lines = [[0.0; 3]; SCALARS];
-    each_row(problem, info, problem.labels(cell), 1, |across, swapped, row| {
+    each_row(problem, info, problem.labels(cell), 1, |across, along, swapped, row| {
         for (line, scalar) in lines.iter_mut().zip(scalars.get(swapped)) {
             *line = scalar.line(across, along_taps);
         }
+        let settled = contest.is_voronoi.then(|| sole(&lines[..count], along_taps)).flatten();
         for x in 0..weights.along[0].len() {
             if !row.matters(x) {
                 continue;
             }
-            let winner = if contest.is_voronoi {
+            let winner = if let Some(winner) = settled {
+                winner
+            } else if contest.is_voronoi {
                 let mut best = 0;
                 let mut most = f32::NEG_INFINITY;
                 for (i, &line) in lines.iter().enumerate().take(count) {
-                    let near = at(weights, line, x);
+                    let near = at(along, line, x);
                     if near > most {
                         (best, most) = (i, near);
                     }
                 }
                 best
             } else {
-                deepest(contest, |k| at(weights, lines[k], x))
+                deepest(contest, |k| at(along, lines[k], x))
             };
             sum += row.cost(problem, contest, x, winner);
         }
     });
     sum + count_unguarded(problem, cell, &scalars)
+}
+
+/// The candidate that is nearest in all of a row, since it is at each of its taps; `None` where there may be several.
+#[inline]
+fn sole(lines: &[[f32; 3]], along_taps: usize) -> Option<usize> {
+    let mut first = 0;
+    for i in 1..lines.len() {
+        if lines[i][0] > lines[first][0] {
+            first = i;
+        }
+    }
+    let is_before = |line: &[f32; 3]| (0..along_taps).all(|tap| line[tap] <= lines[first][tap]);
+    lines.iter().all(is_before).then_some(first)
 }
 
 /// For each candidate of a cell its pixels, and how many of them another wins.
@@ -267,7 +292,7 @@ pub(super) fn count_wrong<const E: usize>(
     let width = weights.along[0].len();
     for (labels, across) in problem.labels(cell).chunks_exact(width).zip(&weights.across) {
         for (x, &label) in labels.iter().enumerate().filter(|&(_, &label)| label != NOBODY) {
-            let won = winner(problem, info, scalars.get(false), across, x);
+            let won = winner(problem, info, scalars.get(false), (across, &weights.along), x);
             let [pixels, wrong] = &mut counts[usize::from(label)];
             *pixels += 1;
             *wrong += u32::from(won != usize::from(label));
@@ -285,7 +310,8 @@ fn count_unguarded<const E: usize>(problem: &Problem<E>, cell: usize, scalars: &
     let lost = |&&(pixel, wanted): &&(u32, u8)| {
         let (row, x) = (pixel as usize / width, pixel as usize % width);
         let across = &weights.across[row];
-        winner(problem, info, scalars.get(false), across, x) != usize::from(wanted)
+        winner(problem, info, scalars.get(false), (across, &weights.along), x)
+            != usize::from(wanted)
     };
     problem.seam_cost * guards.iter().filter(lost).count() as i64
 }
@@ -295,12 +321,11 @@ fn winner<const E: usize>(
     problem: &Problem<E>,
     info: &Cell,
     scalars: &[Scalar],
-    across: &[f32],
+    (across, along): (&[f32], &[Vec<f32>; 3]),
     x: usize,
 ) -> usize {
     let contest = &problem.contests[info.list as usize];
-    let weights = problem.weights(info);
-    let value = |k: usize| at(weights, scalars[k].line(across, problem.kernel.taps()), x);
+    let value = |k: usize| at(along, scalars[k].line(across, problem.kernel.taps()), x);
     let count = contest.nodes.len();
     if count == 2 && contest.pairs.len() == 1 {
         return usize::from(value(0) < 0.0);
@@ -325,11 +350,10 @@ pub(super) fn border_winner<const E: usize>(
     sample: usize,
 ) -> Option<usize> {
     let info = &problem.cells[cell];
-    let (border, row, x) = place(problem, info, sample)?;
+    let (is_swapped, weights, x) = place(problem, info, sample)?;
     let contest = &problem.contests[info.list as usize];
     let scalars = scalars(contest, &problem.taps_at(cell), problem.kernel.taps());
-    let of_side = &problem.weights(info).borders[border.axis as usize][border.side as usize];
-    Some(winner(problem, info, scalars.get(border.axis == 0), &of_side.across[row], x))
+    Some(winner(problem, info, scalars.get(is_swapped), weights, x))
 }
 
 /// The weights of a cell's taps at a sample of its border.
@@ -340,27 +364,31 @@ pub(super) fn border_weights<const E: usize>(
 ) -> [f32; TAPS] {
     let info = &problem.cells[cell];
     let mut at = [0.0; TAPS];
-    let Some((border, row, x)) = place(problem, info, sample) else { return at };
-    let weights = problem.weights(info);
-    let across = &weights.borders[border.axis as usize][border.side as usize].across[row];
+    let Some((is_swapped, (across, along), x)) = place(problem, info, sample) else { return at };
     let along_taps = problem.kernel.taps();
     for (tap, at) in at.iter_mut().enumerate().take(problem.tap_count) {
-        *at = weights.along[tap % along_taps][x] * across[tap / along_taps];
+        *at = along[tap % along_taps][x] * across[tap / along_taps];
     }
-    if border.axis == 0 { swapped(&at, along_taps) } else { at }
+    if is_swapped { swapped(&at, along_taps) } else { at }
 }
 
-/// The border, row and place in the row of a sample of one of a cell's borders.
+/// Of a sample of one of a cell's borders: whether its axes are swapped, its row's weights across and along, and
+/// its place in the row.
+type Place<'a> = (bool, (&'a [f32], &'a [Vec<f32>; 3]), usize);
+
 fn place<'a, const E: usize>(
     problem: &'a Problem<E>,
     info: &Cell,
     sample: usize,
-) -> Option<(&'a Border, usize, usize)> {
+) -> Option<Place<'a>> {
     let holds = |b: &&Border| (b.samples..b.samples + b.count).contains(&sample);
     let border = problem.borders(info).iter().find(holds)?;
-    let width = problem.weights(info).along[0].len();
-    let within = sample - border.samples;
-    Some((border, within / width, within % width))
+    let weights = problem.weights(info);
+    let across = &weights.borders[border.axis as usize][border.side as usize].across;
+    let width = weights.along[0].len();
+    let (row, x) = ((sample - border.samples) / width, (sample - border.samples) % width);
+    let along = &weights.at_places[row / across.len()];
+    Some((border.axis == 0, (&across[row % across.len()], along), x))
 }
 
 /// Notes how the error of a cell changes when its taps move along `direction`, each by as much as
@@ -388,35 +416,42 @@ pub(super) fn note_changes<const E: usize>(
         if slope.abs() < 0.01 {
             return;
         }
-        each_row(problem, info, problem.labels(cell), step_of_rows, |across, swapped, row| {
-            let line = scalars.get(swapped)[0].line(across, along_taps);
-            let step = moves[usize::from(swapped)].line(across, along_taps).map(|by| by * slope);
-            // Every p of the row lies between those of its three taps.
-            let least = line[..along_taps].iter().fold(f32::INFINITY, |a, &b| a.min(b));
-            let most = line[..along_taps].iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b));
-            let farthest = step.iter().fold(0.0f32, |a, b| a.max(b.abs()));
-            if least.max(-most) > reach * farthest {
-                return;
-            }
-            for x in 0..weights.along[0].len() {
-                let p = at(weights, line, x);
-                let by = at(weights, step, x);
-                if p.abs() < reach * by.abs() {
-                    // Which of the two should win, if it matters, and at what cost.
-                    let (first, cost) = match row {
-                        Row::Pixels(labels) if labels[x] != NOBODY => {
-                            (labels[x] == 0, step_of_rows as i64 * i64::from(pair.cost))
-                        }
-                        Row::Border(allowed) if allowed[x] == 1 || allowed[x] == 2 => {
-                            (allowed[x] == 1, problem.seam_cost)
-                        }
-                        _ => continue,
-                    };
-                    // Beyond the step the first of the two wins if p grows.
-                    steps.note(-p / by, if first == (by > 0.0) { -cost } else { cost });
+        each_row(
+            problem,
+            info,
+            problem.labels(cell),
+            step_of_rows,
+            |across, along, swapped, row| {
+                let line = scalars.get(swapped)[0].line(across, along_taps);
+                let step =
+                    moves[usize::from(swapped)].line(across, along_taps).map(|by| by * slope);
+                // Every p of the row lies between those of its three taps.
+                let least = line[..along_taps].iter().fold(f32::INFINITY, |a, &b| a.min(b));
+                let most = line[..along_taps].iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b));
+                let farthest = step.iter().fold(0.0f32, |a, b| a.max(b.abs()));
+                if least.max(-most) > reach * farthest {
+                    return;
                 }
-            }
-        });
+                for x in 0..weights.along[0].len() {
+                    let p = at(along, line, x);
+                    let by = at(along, step, x);
+                    if p.abs() < reach * by.abs() {
+                        // Which of the two should win, if it matters, and at what cost.
+                        let (first, cost) = match row {
+                            Row::Pixels(labels) if labels[x] != NOBODY => {
+                                (labels[x] == 0, step_of_rows as i64 * i64::from(pair.cost))
+                            }
+                            Row::Border(allowed) if allowed[x] == 1 || allowed[x] == 2 => {
+                                (allowed[x] == 1, problem.seam_cost)
+                            }
+                            _ => continue,
+                        };
+                        // Beyond the step the first of the two wins if p grows.
+                        steps.note(-p / by, if first == (by > 0.0) { -cost } else { cost });
+                    }
+                }
+            },
+        );
         return;
     }
     let count = contest.nodes.len();
@@ -433,13 +468,13 @@ pub(super) fn note_changes<const E: usize>(
             *slope = dot(pair.normal, direction);
         }
     }
-    each_row(problem, info, problem.labels(cell), step_of_rows, |across, swapped, row| {
+    each_row(problem, info, problem.labels(cell), step_of_rows, |across, along, swapped, row| {
         for (line, scalar) in lines.iter_mut().zip(scalars.get(swapped)) {
             *line = scalar.line(across, along_taps);
         }
         let step = moves[usize::from(swapped)].line(across, along_taps);
         for x in 0..weights.along[0].len() {
-            let by = at(weights, step, x);
+            let by = at(along, step, x);
             if by * reach < 1e-3 || !row.matters(x) {
                 continue;
             }
@@ -450,12 +485,12 @@ pub(super) fn note_changes<const E: usize>(
             let cost = |winner: usize| each * row.cost(problem, contest, x, winner);
             if contest.is_voronoi {
                 let near: [f32; MAX_CANDIDATES] = std::array::from_fn(|i| match i < count {
-                    true => at(weights, lines[i], x),
+                    true => at(along, lines[i], x),
                     false => 0.0,
                 });
                 note_nearest(&near[..count], &slopes, by, cost, steps);
             } else {
-                let p = |k: usize| at(weights, lines[k], x);
+                let p = |k: usize| at(along, lines[k], x);
                 let moved = |k: usize| by * slopes[k];
                 let note = |step, before, after| steps.note(step, cost(after) - cost(before));
                 wedges.changes(&mut hint, p, moved, note);

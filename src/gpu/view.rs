@@ -82,7 +82,8 @@ impl Layer {
         let turned = camera.turned(size);
         let view = placement.seen(&turned.upright, antialias)?;
         let own = if camera.is_turned() { around(&turned, view.own)? } else { view.own };
-        let mut uniforms = ViewUniforms::new(&view, &turned, image.block_log2, target, antialias);
+        let samples = antialias.then(|| view.samples(image.kernel));
+        let mut uniforms = ViewUniforms::new(&view, &turned, image.block_log2, target, samples);
         if camera.is_turned() {
             uniforms.flags |= ViewUniforms::TURNED;
         }
@@ -273,20 +274,21 @@ impl ViewUniforms {
     /// In `flags`: the view is turned, so that no scissors cut out the scene's own pixels.
     pub const TURNED: u32 = 32;
 
-    /// A view of a scene, drawn into `target`.
+    /// A view of a scene, drawn into `target` by so many sub-samples along an axis of each pixel; without
+    /// antialiasing by none.
     pub(crate) fn new(
         view: &SceneView,
         turned: &Turned,
         block_log2: u8,
         target: Target,
-        antialias: bool,
+        samples: Option<u32>,
     ) -> Self {
-        let samples = if antialias { view.samples() } else { 1 };
         let pixel = 1.0 / view.scale;
         let mut flags = 0;
-        if antialias {
+        if samples.is_some() {
             flags |= Self::ANTIALIAS;
         }
+        let samples = samples.unwrap_or(1);
         if target.alpha == Alpha::Straight {
             flags |= Self::STRAIGHT;
         }
@@ -338,13 +340,15 @@ impl ViewUniforms {
 mod tests {
     use super::*;
     use crate::grid::Point;
+    use crate::kernel::Kernel;
 
     const SIZE: [u32; 2] = [4000, 3000];
 
     fn uniforms(camera: &Camera, target: Target, antialias: bool) -> ViewUniforms {
         let turned = camera.turned([camera.viewport()[0], target.height]);
         let view = Placement::whole(SIZE).seen(&turned.upright, antialias).unwrap();
-        ViewUniforms::new(&view, &turned, 6, target, antialias)
+        let samples = antialias.then(|| view.samples(Kernel::Quadratic));
+        ViewUniforms::new(&view, &turned, 6, target, samples)
     }
 
     #[test]

@@ -10,11 +10,13 @@ use crate::sizes::Sizes;
 /// Where each block has its own texel size, fine ones hold short strokes without: less than so many sides of
 /// pixels need not be looked at.
 const SHORT: u32 = 192;
+/// And the others must be this part of all boundaries, for the same reason: what is gained is a part of theirs.
+const LEAST_PART: f64 = 0.25;
 
 /// Cuts regions along the strokes where that pays, if all texels have one size: a byte must set `price`
 /// pixels right, black for white, to be spent. Texels of 64 pixels are looked at as of 32. `None` where none does.
 pub(crate) fn sided(prepared: &Prepared<'_>, texel_size: u32, price: f64) -> Option<(Sided, Dual)> {
-    let groups = Groups::new(prepared, 0)?;
+    let groups = Groups::new(prepared, 0, 0.0)?;
     let near = groups.near();
     let mut without = Sizes::near(prepared, None, None, &near);
     let costs = without.costs(Some(texel_size), price);
@@ -30,7 +32,7 @@ pub(crate) fn sided_blocks(
     costs: impl FnOnce() -> Vec<f64>,
     price: f64,
 ) -> Option<(Sided, Dual)> {
-    let groups = Groups::new(prepared, SHORT)?;
+    let groups = Groups::new(prepared, SHORT, LEAST_PART)?;
     groups.choose(prepared, &groups.near(), settled.to_vec(), &costs(), None, price)
 }
 
@@ -44,13 +46,17 @@ struct Groups {
 }
 
 impl Groups {
-    fn new(prepared: &Prepared<'_>, shortest: u32) -> Option<Self> {
+    fn new(prepared: &Prepared<'_>, shortest: u32, least_part: f64) -> Option<Self> {
         let regions = prepared.regions();
         let strokes = complex::strokes(regions)?;
         let block_grid = grid::pieces(regions.size, BLOCK_LOG2);
         let mut sums = vec![0; strokes.groups()];
         strokes.places().for_each(|(_, group)| sums[group] += 1);
         let are_long: Vec<bool> = sums.iter().map(|&sum| sum >= shortest).collect();
+        let long: u32 = sums.iter().filter(|&&sum| sum >= shortest).sum();
+        if f64::from(long) < least_part * strokes.boundary() as f64 {
+            return None;
+        }
         let mut counts: Vec<Vec<(usize, u32)>> = vec![Vec::new(); grid::count(block_grid)];
         for (at, group) in strokes.places().filter(|&(_, group)| are_long[group]) {
             let block = grid::index(block_grid, at.map(|along| along >> BLOCK_LOG2));

@@ -143,7 +143,7 @@ fn draw_row(
         false if (from[1]..to[1]).contains(&y) => from[0]..to[0],
         false => return,
     };
-    let samples = if antialias { view.samples() } else { 1 };
+    let samples = if antialias { view.samples(model.kernel) } else { 1 };
     let styled = Styled { model, styles, view: &view, samples: f64::from(samples), antialias };
     for x in columns {
         let middle = turned.back([x, y].map(|along| f64::from(along) + 0.5));

@@ -4,9 +4,14 @@ use super::reference::region_located;
 use crate::grid::{self, Point};
 use crate::model::{Block, Located, Model};
 
+/// Where on the side of a pixel the two sides of a border are compared: as parts of it, along the first axis that
+/// the border has.
+pub(crate) const SEAM_PLACES: [f64; 7] =
+    [7.0 / 14.0, 1.0 / 14.0, 3.0 / 14.0, 5.0 / 14.0, 9.0 / 14.0, 11.0 / 14.0, 13.0 / 14.0];
+
 /// Counts the places on borders between cells (and blocks) where the two sides decode to different
-/// regions: one place for every source pixel that touches such a border from below, at the middle
-/// of its side.
+/// regions: seven places for every source pixel that touches such a border from below, on its side. Where texel sizes
+/// meet, values on the two sides are rounded each on its own, and only the middle counts.
 pub fn seams<const D: usize, const E: usize>(model: &Model<D, E>) -> usize {
     (0..model.blocks.len()).map(|block| seams_from(model, block).len()).sum()
 }
@@ -36,13 +41,16 @@ pub(crate) fn seams_from<const D: usize, const E: usize>(
         };
         let mut borders = [1u32 << model.block_log2; D];
         borders[axis] /= step;
-        for place in grid::places(borders) {
+        let run = usize::from(axis == 0 && D > 1);
+        for (place, part) in grid::places(borders).flat_map(|at| SEAM_PLACES.map(|part| (at, part)))
+        {
             let mut pixel: [u32; D] =
                 std::array::from_fn(|other| (at[other] << model.block_log2) + place[other]);
             pixel[axis] = (at[axis] << model.block_log2) + (place[axis] + 1) * step - 1;
             let mut next = pixel;
             next[axis] += 1;
             let mut frac = [0.5; D];
+            frac[run] = part;
             // Exactly 1: the lower cell's own side, with the very same value as the upper's.
             frac[axis] = 1.0;
             let below = model.locate(&Point { whole: pixel.map(i64::from), frac });
@@ -52,6 +60,12 @@ pub(crate) fn seams_from<const D: usize, const E: usize>(
                 continue;
             }
             if matches!((&below, &above), (Located::Solid(a), Located::Solid(b)) if a == b) {
+                continue;
+            }
+            if let (Located::Cell(a), Located::Cell(b)) = (&below, &above)
+                && a.cells.texel_log2 != b.cells.texel_log2
+                && part != SEAM_PLACES[0]
+            {
                 continue;
             }
             if region_located(model, below) != region_located(model, above) {

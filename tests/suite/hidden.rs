@@ -230,9 +230,8 @@ fn strokes_thinner_than_a_texel_hold_between_hidden_nodes() {
     let source = strokes();
     let psnr = |image: &Image| compare(image, &source).unwrap().psnr;
     for texel_size in [8, 16] {
-        let options = EncodeOptions { strokes: true, ..with_texels(texel_size) };
-        let with = istar::encode(&source, &options, |_| ()).unwrap();
-        let plain = EncodeOptions { strokes: false, ..options };
+        let with = istar::encode(&source, &with_texels(texel_size), |_| ()).unwrap();
+        let plain = EncodeOptions { hidden_nodes: false, ..with_texels(texel_size) };
         let without = istar::encode(&source, &plain, |_| ()).unwrap();
         assert!(hidden(&with) > hidden(&without));
         assert!(psnr(&with) > psnr(&without) + 2.0, "{} {}", psnr(&with), psnr(&without));

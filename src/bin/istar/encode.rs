@@ -30,17 +30,8 @@ pub struct Args {
 }
 
 /// Options that take the whole picture at once.
-const NEEDS_WHOLE: [&str; 9] = [
-    "texel_size",
-    "psnr",
-    "max_bytes",
-    "payload",
-    "kernel",
-    "min_region",
-    "strokes",
-    "label_cost",
-    "forbid",
-];
+const NEEDS_WHOLE: [&str; 8] =
+    ["texel_size", "psnr", "max_bytes", "payload", "kernel", "min_region", "label_cost", "forbid"];
 
 /// How to encode.
 #[derive(clap::Args)]
@@ -89,11 +80,6 @@ struct Options {
     /// Merge regions of fewer pixels into the neighbour with the longest common boundary; 0 keeps all
     #[arg(long, value_name = "AREA", default_value_t = EncodeOptions::default().min_region)]
     min_region: u32,
-    /// Give thin strokes a hidden node on one of their sides, where that is worth its bytes: they hold with
-    /// texels wider than they are. Where they are thinner than a pixel of the screen they are drawn a little
-    /// too wide
-    #[arg(long, conflicts_with = "lossless")]
-    strokes: bool,
     /// What a pixel of another region costs whatever its colour, as a part of black for white: with 0
     /// colours alone count, with more the boundary between two regions of like colours does too
     #[arg(long, value_name = "PART", conflicts_with = "lossless", value_parser = part)]
@@ -200,7 +186,6 @@ pub fn run(args: &Args) -> Outcome {
             ConnectivityName::Eight => Connectivity::Vertex,
         },
         min_region: args.options.min_region,
-        strokes: args.options.strokes,
         forbidden: args.options.forbid.clone(),
         label_cost: args.options.label_cost.unwrap_or(default.label_cost),
         ..default
@@ -276,7 +261,6 @@ impl Options {
             || self.payload.is_some()
             || self.kernel != KernelName::Quadratic
             || self.min_region > 0
-            || self.strokes
             || self.label_cost.is_some()
             || !self.forbid.is_empty()
             || self.regions == RegionKind::Antialiased
@@ -295,17 +279,16 @@ impl Options {
     /// Whether a file for a target is of labels.
     fn holds_labels(&self) -> Result<bool, String> {
         let needs_texels = self.min_region > 0
-            || self.strokes
             || self.label_cost.is_some()
             || !self.forbid.is_empty()
             || self.tile_size.is_some_and(|size| size > 0)
             || self.connectivity != ConnectivityName::Four;
         match self.payload {
-            Some(PayloadName::Labels) if needs_texels => {
-                Err("--payload labels goes with no --min-region, --strokes, --label-cost, --forbid, --tile-size \
+            Some(PayloadName::Labels) if needs_texels => Err(
+                "--payload labels goes with no --min-region, --label-cost, --forbid, --tile-size \
                      or --connectivity: leave them out, or the payload"
-                    .into())
-            }
+                    .into(),
+            ),
             payload => Ok(payload.map_or(!needs_texels, |payload| payload == PayloadName::Labels)),
         }
     }

@@ -139,7 +139,7 @@ impl<'a> Painter<'a> {
         }
         let start = (rows.start - first) as usize * width;
         let pixels = &mut pixels[start..start + rows.len() * width];
-        match if antialias { view.samples() } else { 1 } {
+        match if antialias { view.samples(self.image.kernel) } else { 1 } {
             1 => {
                 let columns = from[0]..to[0];
                 let mut into = Target { pixels, stride: width, start: [0, rows.start] };
