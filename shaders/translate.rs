@@ -22,7 +22,7 @@ pub struct Draw {
 
 pub const MODULES: [Shaders; 1] = [Shaders {
     name: "picture",
-    files: &["common.wgsl", "decode.wgsl", "styles.wgsl", "picture.wgsl", "far.wgsl"],
+    files: &["common.wgsl", "decode.wgsl", "styles.wgsl", "seen.wgsl", "picture.wgsl", "far.wgsl"],
     draws: &[
         Draw { vertex: "place_corner", fragment: "paint_plain" },
         Draw { vertex: "place_corner", fragment: "paint_rest" },
