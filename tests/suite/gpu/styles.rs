@@ -14,7 +14,7 @@ use istar::{Camera, Gamma, Image, Kernel, Placement, gpu, raster};
 const SHARE: f64 = 0.004;
 
 /// Of several patches.
-const LARGE: [u32; 2] = [160, 120];
+const LARGE: [u32; 2] = [120, 90];
 
 pub fn drawn(image: &Image, styles: &Styles, camera: &Camera, antialias: bool) -> Vec<[u8; 4]> {
     let [width, height] = camera.viewport();
@@ -159,7 +159,7 @@ fn an_outline_is_drawn_wherever_it_reaches() {
             let (scene, styles) = restyle(&renderer, &image, style);
             let parts: Vec<_> =
                 tiles.iter().map(|(tile, _)| restyle(&renderer, tile, style).0).collect();
-            for scale in [0.1, 0.6, 2.0, 9.0, 40.0] {
+            for scale in [0.1, 0.6, 3.0, 20.0] {
                 let mut camera = Camera::new(image.size, LARGE);
                 camera.look_at(near.offset([20.0137 / scale, -7.0071 / scale]), scale);
                 camera.turn(degrees, degrees > 0.0, LARGE.map(|n| 0.5 * f64::from(n)));
