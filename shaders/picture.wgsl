@@ -1,7 +1,8 @@
 // The draws that paint a scene, in patches: equal squares of it, or from close by of the screen. A patch that one region
 // fills, or two with a boundary between them, is *plain*: all that tells of it is looked up at its corners, and its pixels
-// only work out on which side they are. For the rest everything is looked up at every pixel. Each draw has all patches,
-// and those of the other kind have no area. Without PATCHES there is one, of the rest, and it is all of the target.
+// only work out on which side they are. For the rest everything is looked up at every pixel, and so it is wherever outlines
+// reach. Each draw has all patches, and those of the other kind have no area. Without PATCHES there is one, of the rest, and
+// it is all of the target.
 
 // Where lines of the grid of patches cross, from -1 to 1 across the viewport and down.
 fn crossing(at: vec2<u32>) -> vec2<f32> {
@@ -11,128 +12,6 @@ fn crossing(at: vec2<u32>) -> vec2<f32> {
     return select(select(clip, vec2(1.0), at == view.patches), vec2(-1.0), at == vec2(0u));
 }
 
-// What patches lie in: a cell, and where in pixels of the scene it starts, from the anchor; NONE where a patch may
-// lie in several. From close by a cell is as wide as a pixel is there.
-struct Whereabouts {
-    word: u32,
-    start: vec2<f32>,
-    width: f32,
-}
-
-const NONE = 0xffffffffu;
-
-fn whereabouts(at: vec2<u32>) -> Whereabouts {
-    let place = view.start + vec2<f32>(at) * view.patch_width;
-    if (view.flags & CLOSE) != 0u {
-        let side = vec2<u32>(place + 0.5 * view.patch_width + view.middle >= view.split);
-        return Whereabouts(close_word(side), vec2(0.0), 1.0);
-    }
-    let from_anchor = vec2<i32>(floor(place));
-    let pixel = view.anchor + from_anchor;
-    let cell = cell_of(vec2<u32>(pixel));
-    let width = f32(1u << cell.log2);
-    let within = vec2<f32>(pixel & vec2((1i << cell.log2) - 1i));
-    var word = select(NONE, cell.word, width >= view.patch_width);
-    // Sub-samples lie in blocks beside it too, which must be the same then; none is narrower than a patch.
-    let middle = place + 0.5 * view.patch_width;
-    let around = 0.5 * view.patch_width + view.pixel;
-    var i = select(9u, 0u, view.samples > 1u);
-    loop {
-        if i >= 9u {
-            break;
-        }
-        let way = vec2<f32>(vec2(i % 3u, i / 3u)) - 1.0;
-        let there = view.anchor + vec2<i32>(floor(middle + around * way));
-        let block = vec2<u32>(clamp(there, vec2(0), view.last)) >> vec2(view.block_log2);
-        let is_same = textureLoad(blocks, block, 0).x == word;
-        word = select(NONE, word, is_same & ((word & SOLID) != 0u));
-        i++;
-    }
-    return Whereabouts(word, vec2<f32>(from_anchor) - within, width);
-}
-
-// How far between two places a polynomial's control values lie: 1, x and x^2 of them.
-fn controls(low: f32, high: f32) -> mat3x3<f32> {
-    return mat3x3(
-        vec3(1.0, low, low * low),
-        vec3(1.0, 0.5 * (low + high), low * high),
-        vec3(1.0, high, high * high),
-    );
-}
-
-// Regions that are seen between two places of a cell, and what parts them: `count` of them, of which two are told.
-struct Seen {
-    count: u32,
-    cut: Columns,
-}
-
-// A polynomial is nowhere greater than the greatest of its control values: a candidate whose lead over another has none
-// above zero is not seen.
-fn seen_between(word: u32, low: vec2<f32>, high: vec2<f32>) -> Seen {
-    let region = word & REGION_MASK;
-    var cut = Columns(vec4(bitcast<u32>(1.0), 0u, 0u, region), vec4(0u), vec4(0u, 0u, 0u, region));
-    if (word & SOLID) != 0u {
-        // As if the region were the positive side of a boundary that is far away.
-        return Seen(select(1u, MANY, word == NONE), cut);
-    }
-    let first = word & CUTS_MASK;
-    let count = word >> COUNT_SHIFT;
-    if count == 2u {
-        return Seen(2u, columns(first));
-    }
-    if (word & BY_PAIRS) != 0u {
-        return Seen(MANY, cut);
-    }
-    let x = controls(low.x, high.x);
-    let y = controls(low.y, high.y);
-    // One that is ahead around the middle: its cut and region.
-    var best = mat3x3<f32>();
-    var best_region = 0u;
-    var leader = 0u;
-    var others = 0u;
-    // First all are looked at for that one, then for those that get ahead of it.
-    var k = 0u;
-    loop {
-        let i = k % count;
-        let c = columns(first + max(i, 1u) - 1u);
-        let is_first = i == 0u;
-        let own = select(c.c0.w, c.c2.w, is_first);
-        var ahead = mat3x3(
-            bitcast<vec3<f32>>(c.c0.xyz),
-            bitcast<vec3<f32>>(c.c1.xyz),
-            bitcast<vec3<f32>>(c.c2.xyz),
-        );
-        if is_first {
-            // The one that others have their cuts against.
-            ahead = mat3x3<f32>();
-        }
-        let lead = transpose(y) * (ahead - best) * x;
-        let most = max(lead[0], max(lead[1], lead[2]));
-        if k < count {
-            if (lead[1].y > 0.0) | is_first {
-                best = ahead;
-                best_region = own;
-                leader = i;
-            }
-        } else if (i != leader) & (max(most.x, max(most.y, most.z)) > 0.0) {
-            others++;
-            ahead -= best;
-            cut.c0 = vec4(bitcast<vec3<u32>>(ahead[0]), own);
-            cut.c1 = vec4(bitcast<vec3<u32>>(ahead[1]), 0u);
-            cut.c2 = vec4(bitcast<vec3<u32>>(ahead[2]), 0u);
-        }
-        k++;
-        if k >= 2u * count {
-            break;
-        }
-    }
-    cut.c0.w = select(cut.c0.w, best_region, others == 0u);
-    cut.c2.w = best_region;
-    return Seen(others + 1u, cut);
-}
-
-// More than two.
-const MANY = 3u;
 // How near to zero a cut that parts nothing may come before a pixel is taken for one of both sides, in units of value a
 // pixel: nearer than f32 tells.
 const SLIGHT = 1e-6;
@@ -149,7 +28,7 @@ struct Corner {
     // The pixel where the patch starts, about. A place that is interpolated from corner to corner would be off: some GPUs
     // move corners by up to a thirty-second of a pixel.
     @location(3) @interpolate(flat) first: vec2<f32>,
-    // The colours of both sides.
+    // The colours of both sides; of the rest, whether it has no outlines.
     @location(4) @interpolate(flat) colors: vec2<u32>,
 }
 
@@ -164,24 +43,37 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
     let at = vec2(vertex / 6u % view.patches.x, row);
     let k = vertex % 6u;
     let clip = crossing(at + vec2(k & 1u, u32((k > 1u) & (k < 5u))));
-    let cell = whereabouts(at);
+    let place = view.start + (vec2<f32>(at) + 0.5) * view.patch_width;
+    let cell = whereabouts(place);
+    // Pixels at the patch's edges see what is beyond.
+    let reach = 0.5 * view.patch_width + pixels_seen(0.0);
+    var word = cell.word;
+    if ((cell.width < view.patch_width) & ((view.flags & CLOSE) == 0u)) | (view.samples > 1u) {
+        word = NONE;
+    }
+    let in_patches = (view.flags & PATCHES) != 0u;
+    var is_quiet = (view.flags & OUTLINES) == 0u;
+    if (word == NONE) | !is_quiet {
+        let there = around(place, reach);
+        word = select(word, SOLID | there.region, there.is_one);
+        // What is no patch lies around anywhere.
+        is_quiet |= there.is_quiet & in_patches;
+    }
     let per_cell = view.pixel / cell.width;
-    // Of the screen, the place in the cell: times this, from there.
-    let zero = (view.offset - view.middle * view.pixel - cell.start) / cell.width;
-    let per_clip = per_cell / view.to_clip;
-    // Pixels at the patch's edges see boundaries beyond.
-    let low = zero + (crossing(at) + 1.0) * per_clip - per_cell;
-    let high = zero + (crossing(at + 1u) + 1.0) * per_clip + per_cell;
-    let seen = seen_between(cell.word, low, high);
+    let low = (place - reach - cell.start) / cell.width;
+    let high = (place + reach - cell.start) / cell.width;
+    let seen = seen_between(word, low, high);
     let positive = style(seen.cut.c0.w);
     let negative = style(seen.cut.c2.w);
-    let is_plain = ((view.flags & PATCHES) != 0u)
+    let is_plain = in_patches
+        & is_quiet
         & (seen.count < MANY)
         & ((motif_of(positive) | motif_of(negative)) == 0u);
     let is_antialiased = (view.flags & ANTIALIAS) != 0u;
     let limit = select(0.0, REACH * per_cell * steepest(seen.cut, low, high), is_antialiased);
     let first = floor((crossing(at) + 1.0) / view.to_clip);
-    let start = zero + first * per_cell;
+    // Of the screen, the place in the cell: times `per_cell`, from there.
+    let start = (view.offset + (first - view.middle) * view.pixel - cell.start) / cell.width;
     let cut = mat3x3(
         bitcast<vec3<f32>>(seen.cut.c0.xyz),
         bitcast<vec3<f32>>(seen.cut.c1.xyz),
@@ -190,10 +82,12 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
     let scaled = cut * (1.0 / max(limit, SLIGHT * per_cell));
     let about = shifted(start.y, per_cell) * scaled * transpose(shifted(start.x, per_cell));
     var position = vec4(view.clip.xy * clip.x + view.clip.zw * clip.y, 0.0, 1.0);
-    if is_plain != (vertex < 6u * view.patches.x) {
+    let is_first = vertex < 6u * view.patches.x;
+    if is_plain != is_first {
         position = vec4(0.0);
     }
-    return Corner(position, about[0], about[1], about[2], first, vec2(positive.x, negative.x));
+    let colors = vec2(select(u32(is_quiet), positive.x, is_first), negative.x);
+    return Corner(position, about[0], about[1], about[2], first, colors);
 }
 
 // The middle of a pixel, in pixels of the viewport.
@@ -262,16 +156,29 @@ fn paint_rest(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> 
 
 // The rest where styles are more than colours.
 @fragment
-fn paint_styled(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    let middle = middle_of(position);
-    var sum = vec4(0.0);
+fn paint_styled(corner: Corner) -> @location(0) vec4<f32> {
+    let middle = middle_of(corner.position);
     let samples = f32(view.samples);
-    var at = vec2(0.5);
-    loop {
-        sum += sample_color(middle - 0.5 + at / samples);
-        at = next_sample(at);
-        if is_past_samples(at) {
-            break;
+    var is_quiet = corner.colors.x != 0u;
+    // As if it were a pattern: sample by sample.
+    var words = vec4(0u, 0u, NONE, 0u);
+    if !is_quiet {
+        let there = around(view.offset + (middle - view.middle) * view.pixel, pixels_seen(0.5 / samples));
+        is_quiet = there.is_quiet;
+        if there.is_one {
+            words = style(there.region);
+        }
+    }
+    var sum = premultiplied(words.x) * samples * samples;
+    if motif_of(words) != 0u {
+        sum = vec4(0.0);
+        var at = vec2(0.5);
+        loop {
+            sum += sample_color(middle - 0.5 + at / samples, is_quiet);
+            at = next_sample(at);
+            if is_past_samples(at) {
+                break;
+            }
         }
     }
     return finished(sum / (samples * samples), middle);

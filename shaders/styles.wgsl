@@ -183,7 +183,7 @@ fn with_crossed(
 
 // The premultiplied colour at a place of the viewport. All that is looked at goes through one loop: the code
 // that decodes is long, and is there once.
-fn sample_color(screen: vec2<f32>) -> vec4<f32> {
+fn sample_color(screen: vec2<f32>, is_quiet: bool) -> vec4<f32> {
     var sum = vec4(0.0);
     var own = 0u;
     var own_style = vec4(0u);
@@ -211,7 +211,7 @@ fn sample_color(screen: vec2<f32>) -> vec4<f32> {
         let there = decode_at(screen + along * ray.towards);
         if look == 0u {
             sum = fills(there, screen);
-            is_done = (view.flags & OUTLINES) == 0u;
+            is_done = is_quiet;
             own = drawn_as(there.regions.x);
             own_style = style(own);
             along = stride;

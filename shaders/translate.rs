@@ -22,7 +22,7 @@ pub struct Draw {
 
 pub const MODULES: [Shaders; 1] = [Shaders {
     name: "picture",
-    files: &["common.wgsl", "decode.wgsl", "styles.wgsl", "picture.wgsl", "far.wgsl"],
+    files: &["common.wgsl", "decode.wgsl", "styles.wgsl", "seen.wgsl", "picture.wgsl", "far.wgsl"],
     draws: &[
         Draw { vertex: "place_corner", fragment: "paint_plain" },
         Draw { vertex: "place_corner", fragment: "paint_rest" },
@@ -116,11 +116,50 @@ pub fn shorten(wgsl: &str, keep: &[&str]) -> String {
     tokens.iter().enumerate().map(renamed).collect()
 }
 
+/// GLSL in which a value that only the next statement has use for is worked out there. Naga gives each a name and a
+/// statement of its own. Nothing comes between the two, and nothing in either changes what the other reads.
+fn join_values(glsl: &str) -> String {
+    let mut joined = String::new();
+    for declaration in declarations(glsl) {
+        let mut text = declaration.to_owned();
+        while let Some(shorter) = join_value(&text) {
+            text = shorter;
+        }
+        joined.push_str(&text);
+    }
+    joined
+}
+
+/// The same of one value, the first that there is.
+fn join_value(function: &str) -> Option<String> {
+    let tokens = tokens(function);
+    let statements: Vec<usize> =
+        (0..tokens.len()).filter(|&i| [";", "{", "}"].contains(&tokens[i])).collect();
+    statements.windows(3).find_map(|ends| {
+        let &[start, end, stop] = ends else { return None };
+        let [_, " ", name, "=", value @ ..] = &tokens[start + 1..end] else { return None };
+        // Not a field that is called so.
+        let mut uses = (end..tokens.len()).filter(|&i| tokens[i] == *name && tokens[i - 1] != ".");
+        let place = uses.next()?;
+        // What the next statement begins with is set there.
+        if tokens[end] != ";" || place == end + 1 || place > stop || uses.next().is_some() {
+            return None;
+        }
+        let is_whole =
+            value.first()?.starts_with(|c: char| c.is_alphanumeric() || "_(".contains(c));
+        let [open, close] = if is_whole { ["", ""] } else { ["(", ")"] };
+        let (before, after) = (&tokens[end + 1..place], &tokens[place + 1..]);
+        let value = [open, &value.concat(), close].concat();
+        Some([tokens[..=start].concat(), before.concat(), value, after.concat()].concat())
+    })
+}
+
 /// GLSL with a letter or two for each of the values and names that naga has numbered, and without the constants that
-/// it has put in their places. Each function for itself, so that one that is in several shaders is the same text in
+/// it has put in their places. What is worked out for the next statement alone is part of it. Each function for itself, so that one that is in several shaders is the same text in
 /// all, which packs to nothing.
 pub fn shorten_values(glsl: &str) -> String {
-    let all = tokens(glsl);
+    let glsl = join_values(glsl);
+    let all = tokens(&glsl);
     let is_used = |name: &str| all.iter().filter(|token| **token == name).count() > 1;
     let constants = glsl.split_inclusive(';').filter(|part| {
         let name = part.strip_prefix("const uint ").and_then(|rest| rest.split('=').next());

@@ -286,13 +286,20 @@ impl Styles {
         &self.words
     }
 
-    /// The regions' colours, straight, where these are all there is to it.
-    pub(crate) fn plain(&self) -> Option<Vec<[u8; 4]>> {
-        let color = |region: usize| {
-            let words = self.drawn(region as RegionId);
-            (words[2] == 0).then(|| words[0].to_le_bytes())
-        };
-        (0..self.words.len()).map(color).collect()
+    /// The regions' colours, straight, and whether these are all there is to it.
+    pub(crate) fn colors(&self) -> (Vec<[u8; 4]>, bool) {
+        let drawn = (0..self.words.len()).map(|region| self.drawn(region as RegionId));
+        let mut are_all = true;
+        let colors = drawn.map(|words| {
+            are_all &= words[2] == 0;
+            words[0].to_le_bytes()
+        });
+        (colors.collect(), are_all)
+    }
+
+    /// Whether a region is drawn with an outline that is seen.
+    pub(crate) fn is_outlined(&self, region: RegionId) -> bool {
+        extents(&self.drawn(region)) != [0.0; 2]
     }
 
     pub(crate) fn reach(&self) -> Reach {

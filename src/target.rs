@@ -121,7 +121,7 @@ const HALVINGS: usize = 16;
 const TRIES: usize = 8;
 const GOOD_TRIES: usize = 4;
 const NEAR: f64 = 0.96;
-const GOOD: f64 = 0.5;
+const GOOD: f64 = 0.92;
 /// Prices nearer to each other than this, as log₂, are one.
 const SAME: f64 = 0.01;
 /// How much less is aimed at each time that it comes out worse than expected again.

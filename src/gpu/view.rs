@@ -99,9 +99,7 @@ impl Layer {
             // Places are on the screen, from its middle.
             (uniforms.offset, uniforms.pixel) = ([0.0; 2], 1.0);
         }
-        // Outlines look far beyond a patch.
         let patches = match &close {
-            _ if uniforms.reach > 0.0 => None,
             Some(close) => Some(Patches::close(view.viewport, close.split)),
             None => Patches::new(&view, image.block_log2),
         };

@@ -10,6 +10,7 @@ use crate::grid::Point;
 use crate::model::{Image, Located, Model, NodeId, RegionId};
 use crate::placement::Placement;
 use crate::style::Styles;
+use std::ops::Range;
 
 /// What γ says of a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,7 +111,7 @@ pub fn render_scene_row(
     antialias: bool,
     row: &mut [[u8; 4]],
 ) {
-    draw_row(model, None, placement, camera, y, antialias, row);
+    draw_row((model, None), placement, camera, (0..u32::MAX, y), antialias, row);
 }
 
 /// The same with styles for the scene's regions.
@@ -123,15 +124,15 @@ pub fn render_styled_row(
     antialias: bool,
     row: &mut [[u8; 4]],
 ) {
-    draw_row(model, Some(styles), placement, camera, y, antialias, row);
+    draw_row((model, Some(styles)), placement, camera, (0..u32::MAX, y), antialias, row);
 }
 
-fn draw_row(
-    model: &Image,
-    styles: Option<&Styles>,
+/// The same of some of the columns.
+pub(super) fn draw_row(
+    (model, styles): (&Image, Option<&Styles>),
     placement: &Placement,
     camera: &Camera,
-    y: u32,
+    (some, y): (Range<u32>, u32),
     antialias: bool,
     row: &mut [[u8; 4]],
 ) {
@@ -140,7 +141,7 @@ fn draw_row(
     let [from, to] = view.own;
     let columns = match camera.is_turned() {
         true => 0..camera.viewport()[0],
-        false if (from[1]..to[1]).contains(&y) => from[0]..to[0],
+        false if (from[1]..to[1]).contains(&y) => from[0].max(some.start)..to[0].min(some.end),
         false => return,
     };
     let samples = if antialias { view.samples(model.kernel) } else { 1 };

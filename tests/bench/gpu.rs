@@ -1,12 +1,12 @@
 //! What a frame costs on the GPU, against a plain bilinear textured quad with the same output on the
-//! same adapter; and whether the number of regions shows.
+//! same adapter; whether the number of regions shows; and what outlines add to a frame, of one region and of all.
 
 use crate::pictures::gallery;
 use crate::{Rows, pictures};
 use istar::gpu::{Options, Renderer, Scene};
 use istar::grid::{self, Point};
 use istar::model::{Block, Cells, Lists, Node, Region};
-use istar::style::Style;
+use istar::style::{Outline, Side, Style, Unit};
 use istar::{Camera, EncodeOptions, Gamma, Image, Kernel, Placement, encode, raster};
 
 mod quad;
@@ -36,52 +36,77 @@ pub fn print(rows: &Rows) -> bool {
     let renderer = Renderer::new(Options::default()).unwrap_or_else(|error| panic!("{error}"));
     let side = SIDES[usize::from(!renderer.is_software())];
     println!("\ngpu: {side} × {side} on {}", renderer.name());
-    let header = ["picture", "view", "scale", "ms", "×quad", "moving"];
-    let [picture, view, scale, ms, ratio, moving] = header;
-    println!("{picture:<14} {view:<12} {scale:>9} {ms:>8} {ratio:>7} {moving:>7}");
+    let header = ["picture", "view", "scale", "ms", "×quad", "moving", "one", "all"];
+    let [picture, view, scale, ms, ratio, moving, one, all] = header;
+    println!(
+        "{picture:<14} {view:<12} {scale:>9} {ms:>8} {ratio:>7} {moving:>7} {one:>7} {all:>7}"
+    );
     let quad = quad::Quad::new(side);
     let least_quad = || (0..TIMES).map(|_| quad.seconds_per_frame(FRAMES)).fold(f64::MAX, f64::min);
-    // At rest, and while the view moves.
-    let time = |scene: &Scene, camera: &Camera, size: [u32; 2]| {
+    let time = |scene: &Scene, camera: &Camera, size: [u32; 2], frames, moving| {
         let placed = [(scene, Placement::whole(size))];
-        [false, true].map(|moving| {
-            let frames = || renderer.seconds_per_frame(&placed, camera, FRAMES, moving);
-            (0..TIMES).map(|_| frames().expect("a frame")).fold(f64::MAX, f64::min)
-        })
+        let frame = || renderer.seconds_per_frame(&placed, camera, frames, moving);
+        (0..TIMES).map(|_| frame().expect("a frame")).fold(f64::MAX, f64::min)
     };
-    let row = |name: &str, what: &str, scale: f64, [rest, moving]: [f64; 2]| {
+    // With outlines too, of the same frame without.
+    let row = |name: &str, what: &str, scene: &mut Scene, image: &Image, camera: &Camera, one| {
+        // At rest, and while the view moves.
+        let [rest, moving] =
+            [false, true].map(|moving| time(scene, camera, image.size, FRAMES, moving));
         let plain = least_quad();
+        let outlined = [Some(one), None].map(|only| {
+            outline(&renderer, scene, image, |region| only.is_none_or(|only| only == region));
+            // They take long enough for one frame to tell.
+            time(scene, camera, image.size, 1, false) / rest
+        });
+        outline(&renderer, scene, image, |_| false);
+        let scale = camera.scale();
         println!(
-            "{name:<14} {what:<12} {scale:>9.3} {:>8.3} {:>6.2}× {:>6.2}×",
+            "{name:<14} {what:<12} {scale:>9.3} {:>8.3} {:>6.2}× {:>6.2}× {:>6.2}× {:>6.2}×",
             1e3 * rest,
             rest / plain,
-            moving / plain
+            moving / plain,
+            outlined[0],
+            outlined[1],
         );
     };
     for name in rows.gallery() {
         let options = EncodeOptions::default();
         let image = encode(&gallery(name), &options, |_| ()).expect("a picture to encode");
-        let scene = renderer.upload(&image).expect("room for the picture");
+        let mut scene = renderer.upload(&image).expect("room for the picture");
         for (what, at, scale) in views(&image) {
             let mut camera = Camera::new(image.size, [side; 2]);
             match scale {
                 Some(scale) => camera.look_at(Point::new(at), scale),
                 None => camera.fit(),
             }
-            row(name, what, camera.scale(), time(&scene, &camera, image.size));
+            let here = raster::region_at(&image, &Point::new(at)).expect("a region");
+            row(name, what, &mut scene, &image, &camera, here);
         }
     }
     for scale in [0.5, 1.0, 16.0] {
         for regions in REGIONS {
             let image = checkered(regions);
-            let scene = renderer.upload(&image).expect("room for the picture");
+            let mut scene = renderer.upload(&image).expect("room for the picture");
             let mut camera = Camera::new(image.size, [side; 2]);
             camera.look_at(Point::new([4003.3, 4001.7]), scale);
-            row(&regions.to_string(), "regions", scale, time(&scene, &camera, image.size));
+            row(&regions.to_string(), "regions", &mut scene, &image, &camera, 0);
         }
     }
     recolour(&renderer, side);
     true
+}
+
+/// Gives some regions an outline as a pointer on them does, and all others none.
+fn outline(renderer: &Renderer, scene: &mut Scene, image: &Image, some: impl Fn(u32) -> bool) {
+    let outline =
+        Outline { color: [255; 4], width: 2.0, unit: Unit::Screen, side: Side::Centre, group: 0 };
+    let style = |(region, own): (u32, &Region)| Style {
+        outline: some(region).then_some(outline),
+        ..Style::plain(own.color)
+    };
+    let styles: Vec<Style> = (0..).zip(&image.regions).map(style).collect();
+    renderer.set_styles(scene, 0, &styles);
 }
 
 /// All of many regions get another colour, and then one of them: what it takes until a frame shows it, beside

@@ -6,7 +6,7 @@ use istar::absorb::Borders;
 use istar::grid::Point;
 use istar::raster::{self, Painter};
 use istar::style::{Outline, Side, Style, Styles, Unit};
-use istar::{Camera, Image};
+use istar::{Camera, Image, Placement};
 
 const VIEWPORT: [u32; 2] = [40, 30];
 const RED: [u8; 4] = [255, 0, 0, 255];
@@ -79,6 +79,47 @@ fn an_outline_is_as_wide_as_it_says_at_every_scale() {
             }
         }
         assert!(on > 30 && beside > 100, "{scale}×: {on} and {beside}");
+    }
+}
+
+/// Of the painter as of the reference, in views of many squares with and without.
+#[test]
+fn a_painter_draws_outlines_as_the_reference_does() {
+    let image = fixtures::encoded(&fixtures::discs(), 4, istar::Kernel::Quadratic);
+    let near = on_a_boundary(&image).expect("a boundary");
+    let outlined_alone = raster::region_at(&image, &Point::new(near)).expect("a region");
+    let [width, height] = [90, 70];
+    for (wide, unit, side) in [
+        (2.0, Unit::Screen, Side::Centre),
+        (9.0, Unit::Source, Side::Inside),
+        (127.0, Unit::Source, Side::Outside),
+    ] {
+        let outline = Outline { color: RED, width: wide, unit, side, group: 0 };
+        for one in [true, false] {
+            let styles =
+                outlined(&image, |region| (!one || region == outlined_alone).then_some(outline));
+            let painter = Painter::with_styles(&image, styles.clone());
+            let mut differing = 0;
+            for scale in [0.1, 0.6, 2.0, 9.0, 1e6] {
+                let mut camera = Camera::new(image.size, [width, height]);
+                camera.look_at(Point::new(near).offset([9.3 / scale, -13.1 / scale]), scale);
+                let mut actual = vec![[0; 4]; (width * height) as usize];
+                // In bands that are no whole squares.
+                for (band, pixels) in (0..).zip(actual.chunks_mut((width * 13) as usize)) {
+                    painter.draw(&camera, 13 * band, true, pixels);
+                }
+                let mut expected = vec![[0; 4]; actual.len()];
+                let place = Placement::whole(image.size);
+                for (y, row) in (0..).zip(expected.chunks_mut(width as usize)) {
+                    raster::render_styled_row(&image, &styles, &place, &camera, y, true, row);
+                }
+                let is_off =
+                    |(a, b): &(&[u8; 4], &[u8; 4])| (0..4).any(|i| a[i].abs_diff(b[i]) > 2);
+                differing += expected.iter().zip(&actual).filter(is_off).count();
+            }
+            // As the painter says of itself: one in ten thousand.
+            assert!(differing <= 3, "{wide} {side:?} one: {one}: {differing}");
+        }
     }
 }
 

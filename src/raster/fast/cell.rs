@@ -56,6 +56,11 @@ impl<'a> CellView<'a> {
         }
     }
 
+    /// Those of all that may be seen.
+    pub fn regions(&self) -> &[RegionId] {
+        &self.candidates.regions
+    }
+
     /// The cuts in a row of pixels, `y` down from the middle.
     pub fn rows(&self, y: f64, rows: &mut Vec<Row<f64>>) {
         rows.clear();

@@ -6,6 +6,7 @@
 //! scale.
 
 mod cell;
+mod outlines;
 mod spans;
 
 use super::reference::{render_scene_row, render_styled_row};
@@ -28,7 +29,8 @@ pub struct Painter<'a> {
     lists: Vec<Option<Deciding>>,
     /// The colour of each region, straight.
     colors: Vec<[u8; 4]>,
-    /// Styles that are more than colours: drawn a sample at a time, as the reference does.
+    /// Styles that are more than colours: drawn a sample at a time, as the reference does, where there are patterns or
+    /// wherever outlines reach.
     styles: Option<Styles>,
 }
 
@@ -59,7 +61,7 @@ impl<'a> Painter<'a> {
         Painter { image, lists, colors, styles: None }
     }
 
-    /// The same with styles for its regions. Patterns and outlines take their time.
+    /// The same with styles for its regions. Patterns take their time, and so do outlines where they are.
     pub fn with_styles(image: &'a Image, styles: Styles) -> Self {
         let mut painter = Painter::new(image);
         painter.set_styles(styles);
@@ -68,13 +70,9 @@ impl<'a> Painter<'a> {
 
     /// Goes on with other styles.
     pub fn set_styles(&mut self, styles: Styles) {
-        match styles.plain() {
-            Some(colors) => {
-                self.colors = colors.into_iter().map(shown).collect();
-                self.styles = None;
-            }
-            None => self.styles = Some(styles),
-        }
+        let (colors, are_all) = styles.colors();
+        self.colors = colors.into_iter().map(shown).collect();
+        self.styles = (!are_all).then_some(styles);
     }
 
     /// Draws rows of the camera's viewport into `pixels`, straight RGBA, as many rows as it holds from
@@ -131,7 +129,7 @@ impl<'a> Painter<'a> {
         if rows.is_empty() {
             return;
         }
-        if let Some(styles) = &self.styles {
+        if let Some(styles) = self.styles.as_ref().filter(|styles| styles.reach().patterns) {
             for (y, row) in (first..).zip(pixels.chunks_exact_mut(width)) {
                 render_styled_row(&self.image, styles, placement, camera, y, antialias, row);
             }
@@ -148,7 +146,10 @@ impl<'a> Painter<'a> {
             samples => self.draw_finely(&view, samples, rows.clone(), pixels),
         }
         if antialias {
-            fade(&view, rows, pixels);
+            fade(&view, rows.clone(), pixels);
+        }
+        if let Some(styles) = &self.styles {
+            self.outline(styles, (placement, camera, &view), rows, antialias, pixels);
         }
     }
 

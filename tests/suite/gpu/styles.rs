@@ -1,15 +1,20 @@
 //! Styles of regions: what the GPU draws with them is what the reference draws.
 
+use super::scenes::tiles;
 use super::{CHANNEL, VIEWPORT, differing, failures, fixtures, renderer};
+use crate::views::on_a_boundary;
 use istar::absorb::Borders;
 use istar::gpu::Scene;
 use istar::grid::Point;
 use istar::style::{Motif, Outline, Pattern, Side, Style, Styles, Unit};
-use istar::{Camera, Image, Placement, gpu, raster};
+use istar::{Camera, Gamma, Image, Kernel, Placement, gpu, raster};
 
 /// The share of pixels that may differ: halving a ray ends in another step where f32 has the middle of it on
 /// the other side of a boundary.
 const SHARE: f64 = 0.004;
+
+/// Of several patches.
+const LARGE: [u32; 2] = [120, 90];
 
 pub fn drawn(image: &Image, styles: &Styles, camera: &Camera, antialias: bool) -> Vec<[u8; 4]> {
     let [width, height] = camera.viewport();
@@ -31,7 +36,7 @@ fn cameras(image: &Image) -> Vec<Camera> {
     };
     let boundary =
         at.clone().find(near).unwrap_or(Point::new(image.size.map(|n| 0.5 * f64::from(n))));
-    [0.3, 1.0, 4.0, 60.0, 1e5]
+    [0.1, 0.3, 1.0, 4.0, 16.0, 60.0, 1e5]
         .map(|scale| {
             let mut camera = Camera::new(image.size, VIEWPORT);
             // No round numbers, at which edges of patterns would fall on pixels' middles.
@@ -127,6 +132,61 @@ fn outlines_are_what_the_reference_draws() {
             ..Style::plain(fill)
         });
         compare(&format!("outlines {side:?}"), (&renderer, &scene), (&image, &styles));
+    }
+}
+
+/// Outlines of one region in views of many patches, as narrow as a pointer's and wider than a patch.
+#[test]
+fn an_outline_is_drawn_wherever_it_reaches() {
+    let renderer = renderer();
+    let planes = fixtures::encoded_with(&fixtures::wheel(), 2, Kernel::Quadratic, Gamma::Planes);
+    for (name, image) in [("discs", fixtures::discs_encoded()), ("wheel", planes)] {
+        let tiles = tiles(&image, 1);
+        let near = Point::new(on_a_boundary(&image).unwrap());
+        let outlined = raster::region_at(&image, &near).unwrap();
+        for (width, unit, side, degrees) in [
+            (2.0, Unit::Screen, Side::Centre, 0.0),
+            (3.0, Unit::Source, Side::Inside, 30.0),
+            (20.0, Unit::Screen, Side::Outside, 90.0),
+            (127.0, Unit::Source, Side::Centre, 0.0),
+        ] {
+            let color = [200, 30, 0, 180];
+            let outline = Outline { color, width, unit, side, group: 0 };
+            let style = |region, fill| Style {
+                outline: (region == outlined).then_some(outline),
+                ..Style::plain(fill)
+            };
+            let (scene, styles) = restyle(&renderer, &image, style);
+            let parts: Vec<_> =
+                tiles.iter().map(|(tile, _)| restyle(&renderer, tile, style).0).collect();
+            for scale in [0.1, 0.6, 3.0, 20.0] {
+                let mut camera = Camera::new(image.size, LARGE);
+                camera.look_at(near.offset([20.0137 / scale, -7.0071 / scale]), scale);
+                camera.turn(degrees, degrees > 0.0, LARGE.map(|n| 0.5 * f64::from(n)));
+                let whole = [(&scene, Placement::whole(image.size))];
+                let placed: Vec<_> =
+                    parts.iter().zip(&tiles).map(|(scene, &(_, place))| (scene, place)).collect();
+                let images = tiles.iter().map(|(tile, place)| (tile, *place)).collect();
+                for (kind, scenes, images) in [
+                    ("", &whole[..], vec![(&image, Placement::whole(image.size))]),
+                    (" tiles", &placed, images),
+                ] {
+                    let mut expected = vec![[0; 4]; (LARGE[0] * LARGE[1]) as usize];
+                    for (y, row) in (0..).zip(expected.chunks_mut(LARGE[0] as usize)) {
+                        for (image, place) in &images {
+                            raster::render_styled_row(image, &styles, place, &camera, y, true, row);
+                        }
+                    }
+                    let actual = renderer.render(scenes, &camera, true).unwrap();
+                    let share = differing(&expected, &actual, CHANNEL);
+                    if share > SHARE {
+                        let file = format!("outline {name}{kind} {scale}x {width} {side:?}");
+                        let path = failures::write(&file, LARGE, &expected, &actual);
+                        panic!("{file}: {share} of pixels differ; see {path}");
+                    }
+                }
+            }
+        }
     }
 }
 
