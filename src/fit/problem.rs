@@ -7,7 +7,7 @@ use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::Regions;
 use crate::model::{Block, Cells, ListId, Located, Model, NodeId};
-use crate::raster::SEAM_PLACES;
+use crate::raster::seam_places;
 use crate::texels::Texels;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -284,28 +284,32 @@ impl<const E: usize> Problem<E> {
     /// Asks at all places of a pixel's side what is asked in the middle: what one side of a border decodes to the
     /// other must know.
     pub fn look_closer(&mut self) {
-        let places = SEAM_PLACES.len();
         let starts: Vec<usize> = self.borders.iter().map(|border| border.samples).collect();
         let allowed = std::mem::take(&mut self.allowed);
         let wanted = std::mem::take(&mut self.wanted);
-        for border in &mut self.borders {
-            let samples = border.samples..border.samples + border.count;
-            (border.samples, border.count) = (self.allowed.len(), border.count * places);
-            for _ in 0..places {
-                self.allowed.extend_from_slice(&allowed[samples.clone()]);
-                self.wanted.extend_from_slice(&wanted[samples.clone()]);
+        for cell in &self.cells {
+            let places = seam_places(cell.texel_log2).len();
+            for i in cell.borders.clone() {
+                let border = &mut self.borders[i as usize];
+                let samples = border.samples..border.samples + border.count;
+                (border.samples, border.count) = (self.allowed.len(), border.count * places);
+                for _ in 0..places {
+                    self.allowed.extend_from_slice(&allowed[samples.clone()]);
+                    self.wanted.extend_from_slice(&wanted[samples.clone()]);
+                }
             }
         }
         let moved = |side: Sample, place: usize| {
             let i = starts.partition_point(|&start| start <= side.sample as usize) - 1;
             let border = &self.borders[i];
+            let places = seam_places(self.cells[side.cell as usize].texel_log2).len();
             let within = side.sample as usize - starts[i] + place * (border.count / places);
             Sample { sample: (border.samples + within) as u32, ..side }
         };
         let joints = self.joints.iter().flat_map(|joint| {
             let [one, other] = joint.sides.map(|side| self.cells[side.cell as usize].texel_log2);
             // Between texel sizes values differ by their rounding, and beside the middle that alone would move them.
-            let places = if one == other { places } else { 1 };
+            let places = if one == other { seam_places(one).len() } else { 1 };
             (0..places).map(|place| Joint { sides: joint.sides.map(|side| moved(side, place)) })
         });
         self.joints = joints.collect();

@@ -2,14 +2,14 @@
 
 use crate::grid;
 use crate::kernel::Kernel;
-use crate::raster::SEAM_PLACES;
+use crate::raster::seam_places;
 
 /// Weights of taps at the middles of a cell's pixels.
 pub(super) struct Weights {
     /// Along the first axis: for each tap, by pixel, in the middle.
     pub along: [Vec<f32>; 3],
-    /// The same at all of [`SEAM_PLACES`].
-    pub at_places: [[Vec<f32>; 3]; SEAM_PLACES.len()],
+    /// The same at all of [`seam_places`].
+    pub at_places: Vec<[Vec<f32>; 3]>,
     /// For each row of pixels, the weight of each row of taps.
     pub across: Vec<Vec<f32>>,
     /// The samples on each side of a cell, by axis and side.
@@ -30,10 +30,11 @@ pub(super) fn weights<const D: usize>(kernel: Kernel, texel_log2: u8) -> Weights
     let size = 1u32 << texel_log2;
     let within = |x: u32, place: f64| kernel.weights((f64::from(x) + place) / f64::from(size));
     let at = |x: u32| within(x, 0.5);
-    let at_places = SEAM_PLACES.map(|place| {
+    let along_at = |place: f64| {
         std::array::from_fn(|tap| (0..size).map(|x| within(x, place)[tap] as f32).collect())
-    });
-    let along = at_places[0].clone();
+    };
+    let along = along_at(0.5);
+    let at_places = seam_places(texel_log2).iter().map(|&place| along_at(place)).collect();
     let mut rows = [size; D];
     rows[0] = 1;
     let mut taps = [kernel.taps() as u32; D];

@@ -9,7 +9,7 @@ pub(crate) use strokes::{sided, sided_blocks};
 
 /// Bytes for a node with its edges, its face and its lists, and for one more scalar in the texels
 /// around.
-const BYTES_A_NODE: f64 = 28.0;
+const BYTES_A_NODE: f64 = 24.0;
 
 /// Texel sizes: log₂ of the width of a block, and log₂ of each block's texel size.
 #[derive(Clone, Copy)]

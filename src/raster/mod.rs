@@ -13,5 +13,5 @@ pub use reference::{
 };
 pub use seams::seams;
 #[cfg(feature = "encode")]
-pub(crate) use seams::{SEAM_PLACES, seams_from};
+pub(crate) use seams::{seam_places, seams_from};
 pub use within::regions_within;

@@ -34,7 +34,7 @@ const steps = {
         '.',
         '--no-default-features',
         '--features',
-        'gpu,encode',
+        'gpu,encode,strokes',
       ],
       {
         PATH: [at('.tools', 'bin'), at('node_modules', '.bin'), process.env.PATH].join(delimiter),
