@@ -22,13 +22,13 @@ fn the_gallery_has_no_violations() {
 #[test]
 fn stress_pictures_have_no_violations() {
     for (name, source) in [
-        // What lost.rs encodes is checked there.
+        // What lost.rs encodes is checked there, with texels of two pixels too.
         ("checkerboard", stress::checkerboard(48)),
         ("star", stress::star(160, 32)),
         ("voronoi", stress::voronoi(128, 700)),
         ("wheel", fixtures::wheel()),
     ] {
-        assert_no_violations(name, &source, &[2, 8, 16]);
+        assert_no_violations(name, &source, &[8, 16]);
     }
 }
 
