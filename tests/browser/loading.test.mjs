@@ -134,7 +134,7 @@ test('without a network it says so, and retry works once there is one', async ()
     document.querySelector('istar-viewer').src = src;
   }, `${files.base}none`);
   const detail = await harness.event(page, 'error');
-  assert.equal(detail.kind, 'network');
+  assert.equal(detail.kind, 'network', detail.message);
   await alertOf(page).getByText(detail.message).waitFor();
   await page.context().setOffline(false);
   await page.getByRole('button', { name: 'Retry' }).click();
