@@ -10,7 +10,6 @@ import { install, packed, project } from './installed.mjs';
 before(() => install());
 
 const FILES = [
-  'CHANGELOG.md',
   'LICENSE-APACHE',
   'LICENSE-MIT',
   'README.md',
