@@ -336,7 +336,10 @@ fn survive_lot(bytes: &[u8], lot: u64, mutants: u64) -> u64 {
             let pixels: u64 = image.size.iter().map(|&along| u64::from(along)).product();
             assert!(pixels <= limits().pixels && image.regions.len() <= 1 << 12);
             istar::decode_regions(&image);
-            istar::raster::seams(&image);
+            // It looks at all borders in many places: some mutants will do.
+            if accepted % 8 == 1 {
+                istar::raster::seams(&image);
+            }
         }
     }
     accepted

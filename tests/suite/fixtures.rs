@@ -184,6 +184,24 @@ pub fn pictures() -> &'static [(String, Image)] {
     &PICTURES
 }
 
+/// Pictures with planes of their own: their names, whether planes are wild, and the images.
+pub fn cut_by_planes() -> &'static [(String, bool, Image)] {
+    static PICTURES: LazyLock<Vec<(String, bool, Image)>> = LazyLock::new(|| {
+        let mut pictures = Vec::new();
+        for kernel in [Kernel::Quadratic, Kernel::Linear] {
+            for (name, source) in [("wheel", wheel()), ("tiles", tiles())] {
+                let fitted = encoded_with(&source, 16, kernel, Gamma::Planes);
+                assert!(!fitted.planes.is_empty(), "{name} has no planes");
+                let wild = with_wild_planes(encoded(&source, 8, kernel));
+                pictures.push((format!("{name} {} fitted planes", kernel.name()), false, fitted));
+                pictures.push((format!("{name} {} wild planes", kernel.name()), true, wild));
+            }
+        }
+        pictures
+    });
+    &PICTURES
+}
+
 /// The two discs, encoded.
 pub fn discs_encoded() -> Image {
     encoded(&discs(), 8, Kernel::Quadratic)

@@ -11,7 +11,7 @@ use crate::views::{VIEWPORT, differing, reference, views};
 use crate::{failures, fixtures};
 use istar::gpu::{Options, Renderer, Scene};
 use istar::grid::Point;
-use istar::{Camera, Gamma, Image, Kernel, Placement};
+use istar::{Camera, Image, Kernel, Placement};
 
 /// The most that a channel may differ. f32 carries a boundary's place to about 10⁻⁵ source pixels,
 /// a hundredth of a screen pixel at the largest scale here, or 2.5 of 255 where black meets white.
@@ -68,23 +68,15 @@ fn the_gpu_draws_what_the_reference_draws() {
 #[test]
 fn the_gpu_cuts_with_planes_as_the_reference_does() {
     let renderer = renderer();
-    for kernel in [Kernel::Quadratic, Kernel::Linear] {
-        for (name, source) in [("wheel", fixtures::wheel()), ("tiles", fixtures::tiles())] {
-            let fitted = fixtures::encoded_with(&source, 16, kernel, Gamma::Planes);
-            assert!(!fitted.planes.is_empty(), "{name} has no planes");
-            let wild = fixtures::with_wild_planes(fixtures::encoded(&source, 8, kernel));
-            for (kind, image) in [("fitted", fitted), ("wild", wild)] {
-                let scene = renderer.upload(&image).unwrap();
-                for camera in views(&image) {
-                    // Where wedges leave a gap, the difference of two depths parts them, and f32 has too
-                    // few digits for it from close by. No fitted planes leave a gap in sight.
-                    if kind == "wild" && camera.scale() > 1e6 {
-                        continue;
-                    }
-                    let name = format!("{name} {} {kind} planes", kernel.name());
-                    compare(&name, &renderer, &scene, &image, &camera);
-                }
+    for (name, is_wild, image) in fixtures::cut_by_planes() {
+        let scene = renderer.upload(image).unwrap();
+        for camera in views(image) {
+            // Where wedges leave a gap, the difference of two depths parts them, and f32 has too
+            // few digits for it from close by. No fitted planes leave a gap in sight.
+            if *is_wild && camera.scale() > 1e6 {
+                continue;
             }
+            compare(name, &renderer, &scene, image, &camera);
         }
     }
 }

@@ -15,15 +15,15 @@ fn assert_none_lost(name: &str, source: &Source<2>, texel_sizes: &[u32], kernel:
 #[test]
 fn stress_pictures_lose_no_region() {
     for (name, source) in [
-        ("rings", stress::rings(150, 5.0)),
-        ("comb", stress::comb(100, 5)),
+        ("rings", stress::rings(110, 5.0)),
+        ("comb", stress::comb(75, 5)),
         ("checkerboard", stress::checkerboard(24)),
         ("star", stress::star(128, 16)),
-        ("voronoi", stress::voronoi(96, 400)),
+        ("voronoi", stress::voronoi(80, 280)),
         ("noise", stress::noise(24, 2)),
         ("colourful noise", stress::noise(24, 7)),
     ] {
-        assert_none_lost(name, &source, &[2, 8, 16], Kernel::Quadratic);
+        assert_none_lost(name, &source, &[2, 16], Kernel::Quadratic);
     }
 }
 
