@@ -24,8 +24,8 @@ fn stress_pictures_have_no_violations() {
     for (name, source) in [
         // What lost.rs encodes is checked there, with texels of two pixels too.
         ("checkerboard", stress::checkerboard(48)),
-        ("star", stress::star(160, 32)),
-        ("voronoi", stress::voronoi(128, 700)),
+        ("star", stress::star(128, 24)),
+        ("voronoi", stress::voronoi(96, 400)),
         ("wheel", fixtures::wheel()),
     ] {
         assert_no_violations(name, &source, &[8, 16]);
