@@ -45,7 +45,8 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
     let clip = crossing(at + vec2(k & 1u, u32((k > 1u) & (k < 5u))));
     let place = view.start + (vec2<f32>(at) + 0.5) * view.patch_width;
     let cell = whereabouts(place);
-    // Pixels at the patch's edges see what is beyond.
+    // Pixels at the patch's edges see what is beyond, and outlines from further away.
+    let near = 0.5 * view.patch_width + view.pixel;
     let reach = 0.5 * view.patch_width + pixels_seen(0.0);
     var word = cell.word;
     if ((cell.width < view.patch_width) & ((view.flags & CLOSE) == 0u)) | (view.samples > 1u) {
@@ -60,8 +61,8 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
         is_quiet |= there.is_quiet & in_patches;
     }
     let per_cell = view.pixel / cell.width;
-    let low = (place - reach - cell.start) / cell.width;
-    let high = (place + reach - cell.start) / cell.width;
+    let low = (place - near - cell.start) / cell.width;
+    let high = (place + near - cell.start) / cell.width;
     let seen = seen_between(word, low, high);
     let positive = style(seen.cut.c0.w);
     let negative = style(seen.cut.c2.w);

@@ -113,8 +113,7 @@ const MANY = 3u;
 
 // Whether a region has an outline that is seen.
 fn is_outlined(region: u32) -> bool {
-    let words = style(region);
-    return ((words.z & 2047u) != 0u) & ((words.y >> 24u) != 0u);
+    return outline_width(style(region)) > 0.0;
 }
 
 // What lies around a place.
@@ -183,7 +182,7 @@ fn around(place: vec2<f32>, reach: f32) -> Around {
                 }
                 most = select(vec2(most.x, max(most.y, top)), vec2(top, most.x), top > most.x);
                 i++;
-                if i >= cell.word >> COUNT_SHIFT {
+                if i >= min(cell.word >> COUNT_SHIFT, MAX_CANDIDATES) {
                     break;
                 }
             }

@@ -124,12 +124,15 @@ struct Outline {
     rank: f32,
 }
 
+// How wide a region's outline is in screen pixels, 0 where none is seen.
+fn outline_width(words: vec4<u32>) -> f32 {
+    let width = f32(words.z & 2047u) / 16.0 * select(1.0, view.pattern.w, (words.z & 8192u) != 0u);
+    return select(width, 0.0, (words.y >> 24u) == 0u);
+}
+
 // With that of a region in which the place is `along` screen pixels deep, where that ranks higher.
 fn with_outline(outline: Outline, words: vec4<u32>, along: f32) -> Outline {
-    var width = f32(words.z & 2047u) / 16.0 * select(1.0, view.pattern.w, (words.z & 8192u) != 0u);
-    if (words.y >> 24u) == 0u {
-        width = 0.0;
-    }
+    let width = outline_width(words);
     let outside = width * 0.5 * f32((words.z >> 11u) & 3u);
     let samples = f32(view.samples);
     let cover = beyond((along + outside) * samples) - beyond((along + outside - width) * samples);

@@ -35,6 +35,11 @@ pub(crate) struct Turned {
 }
 
 impl Turned {
+    /// Whether the other is turned or mirrored at all.
+    pub fn is_turned(&self) -> bool {
+        self.axes != DMat2::IDENTITY
+    }
+
     /// The place in the upright viewport.
     pub fn back(&self, screen: [f64; 2]) -> [f64; 2] {
         let from_middle = back(&self.axes, DVec2::from(screen) - self.middle);
@@ -137,7 +142,8 @@ impl Camera {
     pub fn turn(&mut self, degrees: f64, flipped: bool, about: [f64; 2]) {
         let from_middle = DVec2::from(about) - self.middle();
         // Just below a whole turn there are fewer digits than just below none, and of very many turns none is left.
-        let rotation = (degrees - 360.0 * (degrees / 360.0).floor()).clamp(0.0, 360.0) % 360.0;
+        let rotation = (degrees - 360.0 * (degrees / 360.0).floor()).clamp(0.0, 360.0);
+        let rotation = if rotation == 360.0 { 0.0 } else { rotation };
         let unit = unit(rotation);
         let axes = DMat2::from_cols(if flipped { -unit } else { unit }, unit.perp());
         let by = self.back(from_middle) - back(&axes, from_middle);

@@ -25,7 +25,6 @@ pub(crate) enum Deciding {
 /// The nodes of a list that can win; ghosts never do.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Candidates {
-    pub nodes: Vec<NodeId>,
     pub regions: Vec<RegionId>,
     /// Planes decide that are not all bisectors of the nodes, and each pair has a cut of its own;
     /// otherwise every candidate has one, against the first.
@@ -57,7 +56,7 @@ impl Deciding {
         } else {
             (1..count).map(|i| score(image, nodes[0], nodes[i])).collect()
         };
-        Some(Deciding::Between(Candidates { nodes, regions, by_pairs, planes }))
+        Some(Deciding::Between(Candidates { regions, by_pairs, planes }))
     }
 
     /// How many cuts a cell with it has.
@@ -86,7 +85,7 @@ fn score(image: &Image, first: NodeId, i: NodeId) -> ([f64; 3], f64) {
 impl Candidates {
     /// The place of pair (i, j), i < j, among the cuts, where these are by pairs.
     pub fn pair(&self, i: usize, j: usize) -> usize {
-        i * (2 * self.nodes.len() - i - 1) / 2 + j - i - 1
+        i * (2 * self.regions.len() - i - 1) / 2 + j - i - 1
     }
 
     /// The one region of all that can win, if it is one.
@@ -103,7 +102,7 @@ impl Candidates {
         about: impl Fn(usize) -> Biquadratic,
         reach: f64,
     ) -> (Self, Vec<Biquadratic>) {
-        let count = self.nodes.len();
+        let count = self.regions.len();
         let cuts: Vec<Biquadratic> = std::iter::once(Biquadratic::default())
             .chain((1..count).map(|i| about(i - 1)))
             .collect();
@@ -118,7 +117,6 @@ impl Candidates {
             }
         }
         let kept = Candidates {
-            nodes: order.iter().map(|&i| self.nodes[i]).collect(),
             regions: order.iter().map(|&i| self.regions[i]).collect(),
             by_pairs: false,
             planes: Vec::new(),

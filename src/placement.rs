@@ -49,22 +49,22 @@ pub(crate) struct SceneView {
 /// Further than any screen reaches, and small enough for f32 to count there.
 const FAR: f64 = 1e9;
 
-/// Sub-samples an axis at most, where a screen pixel covers several pixels of the scene.
+/// Sub-samples an axis at most.
 pub const MAX_SAMPLES: u32 = 16;
-/// As many as there are pixels of the scene up to here; beyond, one for several of them.
+/// As many as a screen pixel covers pixels of the scene up to here; beyond, one for several of them.
 const DENSE: u32 = 4;
 /// Pixels of the scene between two of those: an eye sees no difference yet, and a picture costs no more
 /// samples than a sixth of its pixels, however small it is shown.
 const SPARSE: f64 = 2.5;
 
 /// From closer by than this, in screen pixels per pixel of the scene, one place tells enough of a boundary that bends
-/// from cell to cell.
+/// from cell to cell, also of those between the smallest.
 const BENDS: f64 = 4.0;
 
 impl SceneView {
     /// Sub-samples along each axis of a screen pixel: 1, or more where it covers several pixels of the
     /// scene, since one place cannot stand for them. With the linear kernel boundaries bend from cell to cell, which
-    /// one place does not tell: there are twice as many until cells are large.
+    /// one place does not tell: there are twice as many, and two at least, until cells are large.
     pub fn samples(&self, kernel: Kernel) -> u32 {
         let bends = kernel == Kernel::Linear && self.scale < BENDS;
         let covered = if bends { (2.0 / self.scale).max(2.0) } else { 1.0 / self.scale };

@@ -207,13 +207,17 @@ impl Reach {
         let extent = extents(words).into_iter().fold(0.0, f64::max);
         let most = if words[2] & SOURCE == 0 { &mut self.screen } else { &mut self.source };
         *most = extent.max(*most);
-        self.patterns |= words[2] >> MOTIF_SHIFT & 7 != 0;
+        self.patterns |= has_pattern(words);
     }
 
     /// In screen pixels, where a source pixel is `scale` of them.
     pub fn at(&self, scale: f64) -> f64 {
         self.screen.max(self.source * scale).min(MAX_REACH)
     }
+}
+
+fn has_pattern(words: &[u32; 4]) -> bool {
+    words[2] >> MOTIF_SHIFT & 7 != 0
 }
 
 /// How far an outline reaches into its region and out of it, in its own unit. None that is transparent
@@ -256,7 +260,8 @@ impl Styles {
         for (own, words) in self.words.iter_mut().skip(first as usize).zip(records) {
             *own = *words;
         }
-        self.reach.take(first, records, regions);
+        // Of all: those that were there before may have been the widest.
+        self.reach.take(0, &self.words, regions);
     }
 
     /// Has regions drawn as others, of which none is itself drawn as another: by region, what
@@ -300,6 +305,11 @@ impl Styles {
     /// Whether a region is drawn with an outline that is seen.
     pub(crate) fn is_outlined(&self, region: RegionId) -> bool {
         extents(&self.drawn(region)) != [0.0; 2]
+    }
+
+    /// Whether a region is drawn with a pattern.
+    pub(crate) fn is_patterned(&self, region: RegionId) -> bool {
+        has_pattern(&self.drawn(region))
     }
 
     pub(crate) fn reach(&self) -> Reach {

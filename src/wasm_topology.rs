@@ -94,7 +94,8 @@ impl Topology {
         self.topology.parent(region)
     }
 
-    /// The picture as an IStar file with default options. Throws an `Error` whose name is `limit`.
+    /// The picture as an IStar file with default options; of hidden nodes along strokes there are none where the module
+    /// is built without the feature `strokes`, as the viewer's is. Throws an `Error` whose name is `limit`.
     pub fn encode(&self) -> Result<Vec<u8>, JsValue> {
         self.encoded(None).map_err(thrown)
     }

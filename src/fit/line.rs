@@ -143,10 +143,10 @@ fn each_row<'a, const E: usize>(
     mut look: impl FnMut(&'a [f32], &'a [Vec<f32>; 3], bool, Row<'a>),
 ) {
     let weights = problem.weights(info);
-    let width = weights.along[0].len();
+    let width = weights.along()[0].len();
     let rows = labels.chunks_exact(width).zip(&weights.across);
     for (row, across) in rows.skip(step / 2).step_by(step) {
-        look(across, &weights.along, false, Row::Pixels(row));
+        look(across, weights.along(), false, Row::Pixels(row));
     }
     for border in problem.borders(info) {
         let of_side = &weights.borders[border.axis as usize][border.side as usize];
@@ -241,7 +241,7 @@ pub(super) fn count_errors<const E: usize>(
             *line = scalar.line(across, along_taps);
         }
         let settled = contest.is_voronoi.then(|| sole(&lines[..count], along_taps)).flatten();
-        for x in 0..weights.along[0].len() {
+        for x in 0..weights.along()[0].len() {
             if !row.matters(x) {
                 continue;
             }
@@ -289,10 +289,10 @@ pub(super) fn count_wrong<const E: usize>(
     let contest = &problem.contests[info.list as usize];
     let scalars = scalars(contest, &problem.taps_at(cell), problem.kernel.taps());
     let mut counts = [[0; 2]; MAX_CANDIDATES];
-    let width = weights.along[0].len();
+    let width = weights.along()[0].len();
     for (labels, across) in problem.labels(cell).chunks_exact(width).zip(&weights.across) {
         for (x, &label) in labels.iter().enumerate().filter(|&(_, &label)| label != NOBODY) {
-            let won = winner(problem, info, scalars.get(false), (across, &weights.along), x);
+            let won = winner(problem, info, scalars.get(false), (across, weights.along()), x);
             let [pixels, wrong] = &mut counts[usize::from(label)];
             *pixels += 1;
             *wrong += u32::from(won != usize::from(label));
@@ -306,11 +306,11 @@ fn count_unguarded<const E: usize>(problem: &Problem<E>, cell: usize, scalars: &
     let Some(guards) = problem.guards.get(&(cell as u32)) else { return 0 };
     let info = &problem.cells[cell];
     let weights = problem.weights(info);
-    let width = weights.along[0].len();
+    let width = weights.along()[0].len();
     let lost = |&&(pixel, wanted): &&(u32, u8)| {
         let (row, x) = (pixel as usize / width, pixel as usize % width);
         let across = &weights.across[row];
-        winner(problem, info, scalars.get(false), (across, &weights.along), x)
+        winner(problem, info, scalars.get(false), (across, weights.along()), x)
             != usize::from(wanted)
     };
     problem.seam_cost * guards.iter().filter(lost).count() as i64
@@ -385,7 +385,7 @@ fn place<'a, const E: usize>(
     let border = problem.borders(info).iter().find(holds)?;
     let weights = problem.weights(info);
     let across = &weights.borders[border.axis as usize][border.side as usize].across;
-    let width = weights.along[0].len();
+    let width = weights.along()[0].len();
     let (row, x) = ((sample - border.samples) / width, (sample - border.samples) % width);
     let along = &weights.at_places[row / across.len()];
     Some((border.axis == 0, (&across[row % across.len()], along), x))
@@ -407,7 +407,7 @@ pub(super) fn note_changes<const E: usize>(
     let taps = problem.taps_at(cell);
     let reach = REACH as f32;
     let scalars = scalars(contest, &taps, along_taps);
-    let rows = problem.labels(cell).len() / weights.along[0].len();
+    let rows = problem.labels(cell).len() / weights.along()[0].len();
     let step_of_rows = (rows / ROWS).max(1);
     // How far a sample's value moves.
     let moves = [Scalar(*moves), Scalar(swapped(moves, along_taps))];
@@ -432,7 +432,7 @@ pub(super) fn note_changes<const E: usize>(
                 if least.max(-most) > reach * farthest {
                     return;
                 }
-                for x in 0..weights.along[0].len() {
+                for x in 0..weights.along()[0].len() {
                     let p = at(along, line, x);
                     let by = at(along, step, x);
                     if p.abs() < reach * by.abs() {
@@ -473,7 +473,7 @@ pub(super) fn note_changes<const E: usize>(
             *line = scalar.line(across, along_taps);
         }
         let step = moves[usize::from(swapped)].line(across, along_taps);
-        for x in 0..weights.along[0].len() {
+        for x in 0..weights.along()[0].len() {
             let by = at(along, step, x);
             if by * reach < 1e-3 || !row.matters(x) {
                 continue;

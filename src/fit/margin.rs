@@ -181,7 +181,7 @@ fn pull_cell<const T: usize, const E: usize>(
     let contest: &Contest<E> = &problem.contests[info.list as usize];
     let weights = problem.weights(info);
     let along: [[f32; T]; 3] =
-        std::array::from_fn(|k| weights.along[k].as_slice().try_into().unwrap_or([0.0; T]));
+        std::array::from_fn(|k| weights.along()[k].as_slice().try_into().unwrap_or([0.0; T]));
     let labels = problem.labels(cell).as_chunks::<T>().0;
     let mut slack = f32::INFINITY;
     for pair in contest.pairs.iter().filter(|pair| pair.cost > 0) {

@@ -282,11 +282,11 @@ impl<const E: usize> Problem<E> {
     }
 
     /// Asks at all places of a pixel's side what is asked in the middle: what one side of a border decodes to the
-    /// other must know.
+    /// other must know. Nothing is pulled from then on, and it is done once.
     pub fn look_closer(&mut self) {
         let starts: Vec<usize> = self.borders.iter().map(|border| border.samples).collect();
         let allowed = std::mem::take(&mut self.allowed);
-        let wanted = std::mem::take(&mut self.wanted);
+        self.wanted = Vec::new();
         for cell in &self.cells {
             let places = seam_places(cell.texel_log2).len();
             for i in cell.borders.clone() {
@@ -295,7 +295,6 @@ impl<const E: usize> Problem<E> {
                 (border.samples, border.count) = (self.allowed.len(), border.count * places);
                 for _ in 0..places {
                     self.allowed.extend_from_slice(&allowed[samples.clone()]);
-                    self.wanted.extend_from_slice(&wanted[samples.clone()]);
                 }
             }
         }

@@ -6,14 +6,19 @@ use crate::raster::seam_places;
 
 /// Weights of taps at the middles of a cell's pixels.
 pub(super) struct Weights {
-    /// Along the first axis: for each tap, by pixel, in the middle.
-    pub along: [Vec<f32>; 3],
-    /// The same at all of [`seam_places`].
+    /// Along the first axis: for each tap, by pixel; at each of [`seam_places`], the middle first.
     pub at_places: Vec<[Vec<f32>; 3]>,
     /// For each row of pixels, the weight of each row of taps.
     pub across: Vec<Vec<f32>>,
     /// The samples on each side of a cell, by axis and side.
     pub borders: Vec<[BorderWeights; 2]>,
+}
+
+impl Weights {
+    /// Along the first axis, in the middles of pixels.
+    pub fn along(&self) -> &[Vec<f32>; 3] {
+        &self.at_places[0]
+    }
 }
 
 /// The samples on one side of a cell, for one of the places of its pixels' sides. Rows run along the first
@@ -33,7 +38,6 @@ pub(super) fn weights<const D: usize>(kernel: Kernel, texel_log2: u8) -> Weights
     let along_at = |place: f64| {
         std::array::from_fn(|tap| (0..size).map(|x| within(x, place)[tap] as f32).collect())
     };
-    let along = along_at(0.5);
     let at_places = seam_places(texel_log2).iter().map(|&place| along_at(place)).collect();
     let mut rows = [size; D];
     rows[0] = 1;
@@ -83,5 +87,5 @@ pub(super) fn weights<const D: usize>(kernel: Kernel, texel_log2: u8) -> Weights
         BorderWeights { across, pixels }
     };
     let borders = (0..D).map(|axis| [border(axis, 0), border(axis, 1)]).collect();
-    Weights { along, at_places, across, borders }
+    Weights { at_places, across, borders }
 }

@@ -53,7 +53,8 @@ impl Groups {
         let mut sums = vec![0; strokes.groups()];
         strokes.places().for_each(|(_, group)| sums[group] += 1);
         let are_long: Vec<bool> = sums.iter().map(|&sum| sum >= shortest).collect();
-        let long: u32 = sums.iter().filter(|&&sum| sum >= shortest).sum();
+        let long: u32 =
+            sums.iter().zip(&are_long).filter(|(_, long)| **long).map(|(sum, _)| sum).sum();
         if f64::from(long) < least_part * strokes.boundary() as f64 {
             return None;
         }

@@ -4,11 +4,11 @@
 
 use super::shares::{Linear, REACH, share_of_square, shares_of_three};
 use super::styled::Styled;
-use crate::camera::Camera;
+use crate::camera::{Camera, Turned};
 use crate::gamma::{self, Value};
 use crate::grid::Point;
 use crate::model::{Image, Located, Model, NodeId, RegionId};
-use crate::placement::Placement;
+use crate::placement::{Placement, SceneView};
 use crate::style::Styles;
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ use std::ops::Range;
 pub struct Decoded {
     /// The winner.
     pub node: NodeId,
-    /// The neighbour across the nearest boundary of another region, where the cell has one.
+    /// What is across the nearest boundary with another region, where the cell has one.
     pub across: Option<Across>,
 }
 
@@ -111,7 +111,9 @@ pub fn render_scene_row(
     antialias: bool,
     row: &mut [[u8; 4]],
 ) {
-    draw_row((model, None), placement, camera, (0..u32::MAX, y), antialias, row);
+    let turned = camera.turned(camera.viewport());
+    let Some(view) = placement.seen(&turned.upright, antialias) else { return };
+    draw_row((model, None), (&view, &turned), (0..u32::MAX, y), antialias, row);
 }
 
 /// The same with styles for the scene's regions.
@@ -124,31 +126,30 @@ pub fn render_styled_row(
     antialias: bool,
     row: &mut [[u8; 4]],
 ) {
-    draw_row((model, Some(styles)), placement, camera, (0..u32::MAX, y), antialias, row);
+    let turned = camera.turned(camera.viewport());
+    let Some(view) = placement.seen(&turned.upright, antialias) else { return };
+    draw_row((model, Some(styles)), (&view, &turned), (0..u32::MAX, y), antialias, row);
 }
 
 /// The same of some of the columns.
 pub(super) fn draw_row(
     (model, styles): (&Image, Option<&Styles>),
-    placement: &Placement,
-    camera: &Camera,
+    (view, turned): (&SceneView, &Turned),
     (some, y): (Range<u32>, u32),
     antialias: bool,
     row: &mut [[u8; 4]],
 ) {
-    let turned = camera.turned(camera.viewport());
-    let Some(view) = placement.seen(&turned.upright, antialias) else { return };
     let [from, to] = view.own;
-    let columns = match camera.is_turned() {
-        true => 0..camera.viewport()[0],
-        false if (from[1]..to[1]).contains(&y) => from[0].max(some.start)..to[0].min(some.end),
+    let own = match turned.is_turned() {
+        true => 0..row.len() as u32,
+        false if (from[1]..to[1]).contains(&y) => from[0]..to[0],
         false => return,
     };
     let samples = if antialias { view.samples(model.kernel) } else { 1 };
-    let styled = Styled { model, styles, view: &view, samples: f64::from(samples), antialias };
-    for x in columns {
+    let styled = Styled { model, styles, view, samples: f64::from(samples), antialias };
+    for x in own.start.max(some.start)..own.end.min(some.end) {
         let middle = turned.back([x, y].map(|along| f64::from(along) + 0.5));
-        if camera.is_turned() && !view.owns(middle) {
+        if turned.is_turned() && !view.owns(middle) {
             continue;
         }
         let at = middle.map(|along| along - 0.5);

@@ -14,10 +14,9 @@ pub(crate) fn seam_places(texel_log2: u8) -> &'static [f64] {
     if texel_log2 <= SMALL { &OF_SMALL } else { &OF_LARGE }
 }
 
-/// Counts the places on borders between cells (and blocks) where the two sides decode to different
-/// regions: for every source pixel that touches such a border from below seven places on its side, or three between texels
-/// of more than eight pixels. Where texel sizes meet, values on the two sides are rounded each on its own, and only the
-/// middle counts.
+/// Counts the sides of source pixels on borders between cells (and blocks) whose two sides decode to different
+/// regions somewhere: in one of seven places, or three between texels of more than eight pixels. Where texel sizes
+/// meet, values on the two sides are rounded each on its own, and only the middle counts.
 pub fn seams<const D: usize, const E: usize>(model: &Model<D, E>) -> usize {
     (0..model.blocks.len()).map(|block| seams_from(model, block).len()).sum()
 }
@@ -76,12 +75,13 @@ pub(crate) fn seams_from<const D: usize, const E: usize>(
                 }
                 _ => &[0.5][..],
             };
-            for &part in places {
+            let is_open = |&part: &f64| {
                 let [below, above] =
                     sides(part).each_ref().map(|side| region_located(model, model.locate(side)));
-                if below != above {
-                    found.push([pixel, next]);
-                }
+                below != above
+            };
+            if places.iter().any(is_open) {
+                found.push([pixel, next]);
             }
         }
     }

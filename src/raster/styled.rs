@@ -18,14 +18,14 @@ pub(super) struct Styled<'a> {
 }
 
 /// How a place looks for boundaries: rays are sent out, and looked along.
-struct Search {
+pub(super) struct Search {
     rays: u32,
     /// Places on a ray that are looked at, lest something small lies between.
     steps: u32,
     /// Of half the angle between two rays: the nearest boundary is no further off the direction of one.
     least_cosine: f64,
     /// How far rays go, in screen pixels.
-    reach: f64,
+    pub reach: f64,
 }
 
 /// How often a ray that has crossed a boundary is halved.
@@ -33,7 +33,7 @@ const HALVINGS: u32 = 3;
 
 impl Search {
     /// For outlines that reach so far: wide ones take more.
-    fn new(reach: f64, samples: f64) -> Self {
+    pub fn new(reach: f64, samples: f64) -> Self {
         // Sub-samples look from many places.
         let (rays, steps) = match if samples > 1.0 { 0.0 } else { reach } {
             ..=3.0 => (8, 1),

@@ -145,6 +145,17 @@ test('the overview frames what is seen, moves the view, and is drawn again only 
     // It follows when the view rests.
     for (let i = 0; i < 50 && count === 0; i++) await new Promise((done) => setTimeout(done, 100));
     const after = colorAt(0.1, 0.6);
+    // What the pointer lights up is told by the view.
+    viewer.setAttribute('interactive', '');
+    const stage = viewer.shadowRoot.querySelector('.stage');
+    for (const clientX of [150, 350]) {
+      stage.dispatchEvent(new PointerEvent('pointermove', { clientX, clientY: 180 }));
+      await viewer.painted;
+      await new Promise((done) => setTimeout(done, 300));
+    }
+    stage.dispatchEvent(new PointerEvent('pointerleave'));
+    await viewer.painted;
+    viewer.removeAttribute('interactive');
     viewer.styles = {};
     CanvasRenderingContext2D.prototype.drawImage = drawImage;
     return { before, moved, count, after };

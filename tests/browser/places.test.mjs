@@ -93,6 +93,33 @@ test('a place is what it was set to, digit by digit', async () => {
   await close();
 });
 
+test('with another picture comes the view that its address says', async () => {
+  const { page, uncaught, close } = await open(['']);
+  await show(page, '100,200,4');
+  await says(page, '#view=100,200,4');
+  const [src, other] = await page.evaluate(async () => {
+    const viewer = document.querySelector('istar-viewer');
+    const { src } = viewer;
+    const other = `${src}?again`;
+    viewer.src = other;
+    history.pushState(null, '', '#view=300,400,5');
+    await new Promise((done) => viewer.addEventListener('load', done, { once: true }));
+    return [src, viewer.src];
+  });
+  assert.notEqual(src, other);
+  assert.deepEqual(await places(page), ['300,400,5']);
+  // Who asks for it later and moves at once stays there.
+  await page.evaluate(() => {
+    const viewer = document.querySelector('istar-viewer');
+    viewer.removeAttribute('hash');
+    viewer.setAttribute('hash', '');
+    viewer.place = '500,600,6';
+  });
+  await says(page, '#view=500,600,6');
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
 test('a view at 10⁹× is the same after a reload', async () => {
   const { page, uncaught, close } = await open(['']);
   // A boundary: only there is anything to see.

@@ -38,7 +38,7 @@ fn torn(image: &Image) -> usize {
 fn fitting_leaves_a_fifth_of_the_wrong_pixels_and_no_seams() {
     for kernel in [Kernel::Quadratic, Kernel::Linear] {
         for (name, source) in [("waves", waves()), ("discs", fixtures::discs())] {
-            let [average, _] = fixtures::averaged(&source, 16, kernel);
+            let [average, _] = fixtures::averaged(&source, &fixtures::encoded(&source, 16, kernel));
             let fitted = fixtures::encoded(&source, 16, kernel);
             let wrong = |image| compare(image, &source).unwrap().wrong_pixels;
             let (before, after) = (wrong(&average), wrong(&fitted));
@@ -85,7 +85,8 @@ fn texels_are_the_same_on_any_number_of_threads() {
     let source = waves();
     let regions =
         istar::labels::components(&source, Default::default(), &Default::default()).unwrap();
-    let [average, _] = fixtures::averaged(&source, 4, Kernel::Quadratic);
+    let [average, _] =
+        fixtures::averaged(&source, &fixtures::encoded(&source, 4, Kernel::Quadratic));
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut image = average.clone();

@@ -4,7 +4,7 @@ use istar::labels::Source;
 use istar::model::EdgePlane;
 use istar::{EncodeOptions, Gamma, Image, Kernel, Limits};
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
+use std::sync::{LazyLock, Mutex, OnceLock};
 
 #[path = "../fixtures/stress.rs"]
 pub mod stress;
@@ -111,6 +111,29 @@ pub fn each_sound(
     }
 }
 
+/// One of the gallery's pictures, encoded with default options but for these: once, which takes a while.
+pub fn gallery_encoded(
+    name: &'static str,
+    texel_size: u32,
+    kernel: Kernel,
+    gamma: Gamma,
+) -> &'static Image {
+    type Key = (&'static str, u32, Kernel, Gamma);
+    static ENCODED: Mutex<Vec<(Key, &'static OnceLock<Image>)>> = Mutex::new(Vec::new());
+    let key = (name, texel_size, kernel, gamma);
+    let image = {
+        let mut all = ENCODED.lock().unwrap();
+        let known = all.iter().find(|(other, _)| *other == key).map(|&(_, image)| image);
+        known.unwrap_or_else(|| {
+            let image: &'static OnceLock<Image> = Box::leak(Box::default());
+            all.push((key, image));
+            image
+        })
+    };
+    // Others may ask for other pictures meanwhile.
+    image.get_or_init(|| encoded_with(&gallery(name), texel_size, kernel, gamma))
+}
+
 /// Encodes with default options but for these.
 pub fn encoded(source: &Source<2>, texel_size: u32, kernel: Kernel) -> Image {
     encoded_with(source, texel_size, kernel, Gamma::Voronoi)
@@ -123,12 +146,12 @@ pub fn encoded_with(source: &Source<2>, texel_size: u32, kernel: Kernel, gamma: 
     istar::encode(source, &options, |_| ()).unwrap()
 }
 
-/// Encodes, and takes back the fit: texels are plain averages, first without planes, then with planes
+/// Takes back the fit of what was encoded: texels are plain averages, first without planes, then with planes
 /// fitted to them.
-pub fn averaged(source: &Source<2>, texel_size: u32, kernel: Kernel) -> [Image; 2] {
+pub fn averaged(source: &Source<2>, encoded: &Image) -> [Image; 2] {
     let regions =
         istar::labels::components(source, Default::default(), &Limits::default()).unwrap();
-    let mut voronoi = encoded(source, texel_size, kernel);
+    let mut voronoi = encoded.clone();
     istar::fit::start(&mut voronoi, &regions);
     let mut planes = voronoi.clone();
     istar::embed::fit_planes(&mut planes, &regions);
@@ -173,10 +196,12 @@ pub fn pictures() -> &'static [(String, Image)] {
     static PICTURES: LazyLock<Vec<(String, Image)>> = LazyLock::new(|| {
         let mut pictures = Vec::new();
         for kernel in [Kernel::Quadratic, Kernel::Linear] {
-            let sources = [("discs", discs()), ("wheel", wheel()), ("ring", ring())];
-            let real = ["map", "emblem"].map(|name| (name, gallery(name)));
-            for (name, source) in sources.into_iter().chain(real) {
+            for (name, source) in [("discs", discs()), ("wheel", wheel()), ("ring", ring())] {
                 pictures.push((format!("{name} {}", kernel.name()), encoded(&source, 8, kernel)));
+            }
+            for name in ["map", "emblem"] {
+                let image = gallery_encoded(name, 8, kernel, Gamma::Voronoi);
+                pictures.push((format!("{name} {}", kernel.name()), image.clone()));
             }
         }
         pictures

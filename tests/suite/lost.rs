@@ -23,7 +23,7 @@ fn stress_pictures_lose_no_region() {
         ("noise", stress::noise(24, 2)),
         ("colourful noise", stress::noise(24, 7)),
     ] {
-        assert_none_lost(name, &source, &[2, 16], Kernel::Quadratic);
+        assert_none_lost(name, &source, &[2, 8, 16], Kernel::Quadratic);
     }
 }
 

@@ -4,7 +4,7 @@ use crate::fixtures;
 use crate::views::{on_a_boundary, reference};
 use istar::grid::Point;
 use istar::raster::{self, Painter};
-use istar::{Camera, Image, Kernel};
+use istar::{Camera, Image};
 use std::collections::BTreeSet;
 
 const VIEWPORT: [u32; 2] = [32, 24];
@@ -103,11 +103,7 @@ fn at_every_scale_it_is_the_mean_of_many_samples() {
                     let (psnr, worst) = errors(&oracle, &drawn);
                     let view = format!("{name}, {what} at {scale}, {who}");
                     assert!(psnr >= LEAST_PSNR, "{view}: {psnr} dB");
-                    // Eq. 7 takes p for a plane: from one cell to the next the linear kernel bends it, and
-                    // near its junctions a pixel may show something of a region beside.
-                    let limit =
-                        if image.kernel == Kernel::Quadratic { MOST } else { f64::INFINITY };
-                    assert!(worst <= limit, "{view}: {worst} of the contrast");
+                    assert!(worst <= MOST, "{view}: {worst} of the contrast");
                 }
             }
         }

@@ -1,3 +1,4 @@
+import { Address } from './address.js';
 import { Approach } from './approach.js';
 import { type Backend, chosenBackend } from './backend.js';
 import { blobOf } from './blob.js';
@@ -10,11 +11,11 @@ import { type ViewerError, viewerError } from './errors.js';
 import type { NamedRegion, ViewerElement, ViewerEvents } from './events.js';
 import { Frames } from './frames.js';
 import { type Finger, listenForGestures } from './gestures.js';
-import type { Hash } from './hash.js';
 import type { Host } from './host.js';
 import { Hover } from './hover.js';
 import { listenForKeys } from './keyboard.js';
 import { Message } from './message.js';
+import { missing } from './missing.js';
 import { Paper } from './paper.js';
 import { forgetSource, sharedSource } from './shared.js';
 import { Status } from './status.js';
@@ -140,7 +141,7 @@ export class IStarViewer extends Base {
   #status!: Status;
   #message!: Message;
   #hover!: Hover;
-  #hash: Promise<Hash | undefined> | undefined;
+  readonly #address: Address;
   readonly #host: Host;
   #walk: Promise<Walk | undefined> | undefined;
   #beside: Promise<Controls | undefined> | undefined;
@@ -167,6 +168,15 @@ export class IStarViewer extends Base {
       drawn: (first) => this.#drawn(first),
       failed: (cause) => this.#fail(cause),
     });
+    this.#address = new Address(
+      () =>
+        this.#view.fitted && this.#ownTurn.join() === [this.rotation, this.flipped].join()
+          ? ''
+          : this.#view.text,
+      (text) => {
+        this.place = text;
+      },
+    );
     this.#fallback = make('slot', '');
     this.#fallback.addEventListener('slotchange', () => {
       this.#label();
@@ -330,7 +340,7 @@ export class IStarViewer extends Base {
     if (this.#open) return;
     this.#open = true;
     this.#label();
-    this.#follow(this.getAttribute('hash'));
+    this.#address.follow(this.getAttribute('hash'));
     this.#paper.watch(true);
     this.#start();
   }
@@ -344,7 +354,7 @@ export class IStarViewer extends Base {
       this.#approach.stop();
       this.#frames.stop();
       this.#view.watch(false);
-      this.#follow(null);
+      this.#address.follow(null);
       this.#paper.watch(false);
       this.#close();
     });
@@ -357,9 +367,11 @@ export class IStarViewer extends Base {
     else if (BESIDE.includes(name)) this.#updateBeside();
     else if (name === 'rotation') this.turnTo(this.#ownTurn[0]);
     else if (name === 'flipped') this.turnTo(this.rotation, this.#ownTurn[1]);
-    else if (name === 'hash') this.#follow(now).then((hash) => hash?.read());
-    else {
-      if (name === 'src' && this.#shown) this.#hash?.then((hash) => hash?.forget());
+    else if (name === 'hash') {
+      this.#address.follow(now);
+      this.#address.read();
+    } else {
+      if (name === 'src' && this.#shown) this.#address.forget();
       this.#start();
     }
   }
@@ -403,7 +415,7 @@ export class IStarViewer extends Base {
         file.free();
         throw cause;
       });
-      const hash = await this.#hash;
+      await this.#address.ready;
       if (loading.signal.aborted) {
         file.free();
         return;
@@ -412,7 +424,7 @@ export class IStarViewer extends Base {
       this.style.setProperty('--istar-aspect', `${file.archive.width} / ${file.archive.height}`);
       this.#view.show(file, ready);
       this.#view.turn(...this.#ownTurn);
-      hash?.read();
+      this.#address.read();
     } catch (cause) {
       if (!loading.signal.aborted) this.#fail(cause, ready);
     }
@@ -496,7 +508,7 @@ export class IStarViewer extends Base {
     const { text } = this.#view;
     if (text === this.#sent) return;
     this.#sent = text;
-    this.#hash?.then((hash) => hash?.write());
+    this.#address.write();
     this.#emit('viewchange', place);
   }
 
@@ -560,26 +572,6 @@ export class IStarViewer extends Base {
     (await this.#walk)?.start();
   }
 
-  /** Keeps the view in the page's address under that name, nowhere where there is none. */
-  async #follow(name: string | null): Promise<Hash | undefined> {
-    if (name !== null)
-      this.#hash ??= import('./hash.js')
-        .then(({ Hash }) => {
-          const text = () => (this.#isAsItCame ? '' : this.#view.text);
-          return new Hash(text, (text) => {
-            this.place = text;
-          });
-        })
-        .catch(missing);
-    const hash = await this.#hash;
-    hash?.follow(name);
-    return hash;
-  }
-
-  get #isAsItCame(): boolean {
-    return this.#view.fitted && this.#ownTurn.join() === [this.rotation, this.flipped].join();
-  }
-
   /** Brings what is beside the picture up to date; it is fetched only where an attribute asks for it. */
   async #updateBeside(): Promise<void> {
     if (this.#shown && BESIDE.some((name) => this.hasAttribute(name)))
@@ -607,7 +599,7 @@ export class IStarViewer extends Base {
   /** As the page has it. */
   get #ownTurn(): [rotation: number, flipped: boolean] {
     const degrees = Number(this.getAttribute('rotation')) % 360 || 0;
-    return [degrees < 0 ? degrees + 360 : degrees, this.hasAttribute('flipped')];
+    return [degrees < 0 ? (degrees + 360) % 360 : degrees, this.hasAttribute('flipped')];
   }
 
   get #alt(): string {
@@ -633,11 +625,6 @@ export class IStarViewer extends Base {
   #emit<Name extends keyof ViewerEvents>(name: Name, detail: ViewerEvents[Name]['detail']): void {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
-}
-
-/** A module that is not there leaves the viewer without what it does. */
-function missing(cause: unknown): undefined {
-  console.warn(cause);
 }
 
 declare global {

@@ -48,7 +48,8 @@ export class Overview {
   update(place: Place | undefined): void {
     const { view } = this.#host;
     const { file } = view;
-    const { version } = view.styles;
+    // What the pointer lights up is told by the view.
+    const look = view.styles.version - view.styles.lights;
     const room = view.canvas.clientWidth;
     const [width, height] = this.#size();
     const isShown = !!place && !!file && room >= LEAST_ROOM * LONGER_PX;
@@ -67,13 +68,13 @@ export class Overview {
     if (this.#small?.file !== file) {
       this.#small?.clear();
       this.#small = view.twin();
-      this.#drawn = version;
+      this.#drawn = look;
       if (this.#small) this.root.prepend(this.#small.canvas);
     }
     // Regions may look otherwise than when it was drawn.
-    if (this.#drawn !== version)
+    if (this.#drawn !== look)
       this.#timer = setTimeout(() => {
-        this.#drawn = version;
+        this.#drawn = look;
         this.#small?.redraw();
       }, REST_MS);
     if (place.rotation || place.flipped) {

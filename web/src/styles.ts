@@ -29,6 +29,8 @@ export class Styles {
   unready: Promise<void> | undefined;
   /** Grows with each change. */
   version = 0;
+  /** How many of these were no more than the highlight. */
+  lights = 0;
   /** What changed in the last versions; undefined for more than few regions. */
   #changes: (number[] | undefined)[] = [];
 
@@ -64,6 +66,7 @@ export class Styles {
 
   /** Highlights one region in place of the last. */
   light(region: number | undefined): void {
+    this.lights++;
     const changed = [this.#lit, region].filter((one) => one !== undefined);
     this.#lit = region;
     this.#changed(changed);

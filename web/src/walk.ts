@@ -180,7 +180,7 @@ export class Walk {
     const { view } = this.#host;
     // The pin has it as the page has it now, light or dark, and in forced colours as the user has.
     const color = getComputedStyle(this.#pin).borderTopColor;
-    // Not an outline, which costs a frame several times as much.
+    // Not an outline, which costs a frame more wherever it is in sight.
     view.styles.mark(region, { highlight: true, pattern: { motif: 'rising', color } });
     view.redraw();
   }

@@ -36,7 +36,8 @@ export async function buildForTests() {
 }
 
 async function buildWith(tool, options) {
-  await wasmModules();
+  // Beside the modules, of which the larger keeps one core busy for long: what the tool is made of.
+  await Promise.all([wasmModules(), runBeside('cargo', ['build', '--lib', ...options])]);
   await bundle();
   pages();
   // After the pages: the command line tool carries them inside.

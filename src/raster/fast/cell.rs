@@ -40,7 +40,7 @@ impl<'a> CellView<'a> {
         reach: f64,
     ) -> Result<Self, RegionId> {
         if candidates.by_pairs {
-            let count = candidates.nodes.len();
+            let count = candidates.regions.len();
             let cuts = (0..count * (count - 1) / 2).map(|k| Cut(about(k).0)).collect();
             let steepest = Vec::new();
             return Ok(CellView { candidates: Cow::Borrowed(candidates), cuts, steepest });
@@ -129,7 +129,7 @@ impl<'a> CellView<'a> {
             let pair = self.candidates.pair(i, j);
             (!self.candidates.is_level(pair)).then(|| -rows[pair].value(x))
         };
-        gamma::deepest(self.candidates.nodes.len(), p).unwrap_or(0)
+        gamma::deepest(self.candidates.regions.len(), p).unwrap_or(0)
     }
 }
 

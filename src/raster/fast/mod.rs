@@ -6,8 +6,8 @@
 //! scale.
 
 mod cell;
-mod outlines;
 mod spans;
+mod squares;
 
 use super::reference::{render_scene_row, render_styled_row};
 use super::shares::{REACH, share_of_square};
@@ -29,7 +29,7 @@ pub struct Painter<'a> {
     lists: Vec<Option<Deciding>>,
     /// The colour of each region, straight.
     colors: Vec<[u8; 4]>,
-    /// Styles that are more than colours: drawn a sample at a time, as the reference does, where there are patterns or
+    /// Styles that are more than colours: drawn a sample at a time, as the reference does, where there are patterns and
     /// wherever outlines reach.
     styles: Option<Styles>,
 }
@@ -61,7 +61,7 @@ impl<'a> Painter<'a> {
         Painter { image, lists, colors, styles: None }
     }
 
-    /// The same with styles for its regions. Patterns take their time, and so do outlines where they are.
+    /// The same with styles for its regions. Patterns and outlines take their time where they are.
     pub fn with_styles(image: &'a Image, styles: Styles) -> Self {
         let mut painter = Painter::new(image);
         painter.set_styles(styles);
@@ -129,12 +129,6 @@ impl<'a> Painter<'a> {
         if rows.is_empty() {
             return;
         }
-        if let Some(styles) = self.styles.as_ref().filter(|styles| styles.reach().patterns) {
-            for (y, row) in (first..).zip(pixels.chunks_exact_mut(width)) {
-                render_styled_row(&self.image, styles, placement, camera, y, antialias, row);
-            }
-            return;
-        }
         let start = (rows.start - first) as usize * width;
         let pixels = &mut pixels[start..start + rows.len() * width];
         match if antialias { view.samples(self.image.kernel) } else { 1 } {
@@ -149,7 +143,8 @@ impl<'a> Painter<'a> {
             fade(&view, rows.clone(), pixels);
         }
         if let Some(styles) = &self.styles {
-            self.outline(styles, (placement, camera, &view), rows, antialias, pixels);
+            let turned = camera.turned(camera.viewport());
+            self.draw_styled(styles, (&view, &turned), rows, antialias, pixels);
         }
     }
 
@@ -164,7 +159,7 @@ impl<'a> Painter<'a> {
     ) {
         let [width, _] = camera.viewport();
         let rows = pixels.len() as u32 / width;
-        if camera.rotation() % 90.0 == 0.0 && self.styles.is_none() {
+        if camera.rotation() % 90.0 == 0.0 {
             let turned = camera.turned_part([0, first], [width, rows]);
             let Some(view) = placement.seen(&turned.upright, antialias) else { return };
             let mut upright = vec![[0; 4]; grid::count(view.viewport)];
