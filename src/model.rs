@@ -301,7 +301,7 @@ impl<const D: usize, const E: usize> Model<D, E> {
         Some(&self.planes[own])
     }
 
-    fn value(&self, node: NodeId) -> Value<E> {
+    pub(crate) fn value(&self, node: NodeId) -> Value<E> {
         gamma::value(self.nodes[node as usize].position)
     }
 

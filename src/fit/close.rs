@@ -1,7 +1,8 @@
 //! Seams: texels around them move until both sides of every border decode alike.
 
-use super::line::{border_weights, border_winner, count_errors};
-use super::problem::{Pair, Problem, Sample};
+use super::between::{self, Found};
+use super::line::{border_winner, count_errors, place, weights_beside, winner_beside};
+use super::problem::{Pair, Problem, Sample, TAPS};
 use super::search::{all_errors, search_from};
 use crate::model::NodeId;
 use rayon::prelude::*;
@@ -17,29 +18,36 @@ const MARGIN: f32 = 1.5;
 const PROJECTIONS: usize = 16;
 
 /// Moves texels around what seams are left until none is, whatever pixels it costs, as far as single
-/// texels can; and where they cannot, all that reach a sample at once.
+/// texels can; and where they cannot, all that reach a sample at once. What is open between the middles of
+/// pixels becomes samples of its own.
 pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
     problem.seam_cost = COST;
-    problem.look_closer();
     let mut errors = all_errors(problem);
     // Those that agreeing changes.
     let mut joined: Vec<u32> =
         problem.joints.iter().flat_map(|joint| joint.sides.map(|side| side.cell)).collect();
     joined.sort_unstable();
     joined.dedup();
-    let mut best: Option<(i64, Vec<[f32; E]>)> = None;
+    let mut best: Option<(usize, Vec<[f32; E]>)> = None;
     for round in 0..=ROUNDS {
         agree(problem, round % 2);
         recount(problem, &joined, &mut errors);
-        let open: Vec<u32> =
-            (0..).zip(&errors).filter(|&(_, &error)| error >= COST).map(|(cell, _)| cell).collect();
-        let seams: i64 = open.iter().map(|&cell| errors[cell as usize] / COST).sum();
+        let found = between::look(problem);
+        let is_open = |&cell: &u32| errors[cell as usize] >= COST;
+        let mut open: Vec<u32> = (0..errors.len() as u32).filter(is_open).collect();
+        let seams = open.len() + found.len();
         let is_stuck = best.as_ref().is_some_and(|&(least, _)| seams >= least);
         if !is_stuck {
             best = Some((seams, problem.texels.values.clone()));
         }
-        if open.is_empty() || round == ROUNDS {
+        if seams == 0 || round == ROUNDS {
             break;
+        }
+        open.extend(found.iter().map(|found| found.cell));
+        open.sort_unstable();
+        open.dedup();
+        for Found { border, extra, .. } in found {
+            problem.borders[border as usize].extras.push(extra);
         }
         if is_stuck {
             release(problem, &open);
@@ -47,6 +55,8 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
                 push_open(problem, cell as usize);
             }
             errors = all_errors(problem);
+        } else {
+            recount(problem, &open, &mut errors);
         }
         let mut restless = vec![false; problem.texels.values.len()];
         for cell in open {
@@ -83,21 +93,32 @@ fn recount<const E: usize>(problem: &Problem<E>, cells: &[u32], errors: &mut [i6
 /// Pushes the texels of a cell so that at each sample of its borders one wins that is allowed to.
 fn push_open<const E: usize>(problem: &mut Problem<E>, cell: usize) {
     for border in problem.cells[cell].borders.clone() {
-        let border = &problem.borders[border as usize];
-        for sample in border.samples..border.samples + border.count {
+        let border = border as usize;
+        let from = problem.borders[border].samples;
+        for sample in from..from + problem.borders[border].count {
             let allowed = problem.allowed[sample];
-            let winner = border_winner(problem, cell, sample);
-            if allowed == 0 || winner.is_some_and(|winner| allowed >> winner & 1 == 1) {
-                continue;
+            let Some((of_sample, row, x)) = place(problem, cell, sample) else { continue };
+            let along = &problem.weights(&problem.cells[cell]).along;
+            let winner = winner_beside(problem, cell, of_sample, row, (along, x));
+            if allowed != 0 && allowed >> winner & 1 == 0 {
+                let weights = weights_beside(problem, cell, of_sample, row, (along, x));
+                push(problem, cell, weights, allowed.trailing_zeros() as u8);
             }
-            push(problem, cell, sample, allowed.trailing_zeros() as u8);
+        }
+        for i in 0..problem.borders[border].extras.len() {
+            let extra = &problem.borders[border].extras[i];
+            let (allowed, row) = (extra.allowed[0], extra.row);
+            let at = (&extra.along, 0);
+            if allowed >> winner_beside(problem, cell, &problem.borders[border], row, at) & 1 == 0 {
+                let weights = weights_beside(problem, cell, &problem.borders[border], row, at);
+                push(problem, cell, weights, allowed.trailing_zeros() as u8);
+            }
         }
     }
 }
 
-/// Pushes texels, each by its weight, so that `wanted` wins at a sample.
-fn push<const E: usize>(problem: &mut Problem<E>, cell: usize, sample: usize, wanted: u8) {
-    let weights = border_weights(problem, cell, sample);
+/// Pushes texels, each by its weight, so that `wanted` wins where a cell's taps have these weights.
+fn push<const E: usize>(problem: &mut Problem<E>, cell: usize, weights: [f32; TAPS], wanted: u8) {
     let taps = problem.taps_at(cell);
     let from: [f32; E] =
         std::array::from_fn(|e| taps.iter().zip(weights).map(|(tap, w)| w * tap[e]).sum());
@@ -170,10 +191,20 @@ fn agreed<const E: usize>(
     sides: [Sample; 2],
     first: usize,
 ) -> Option<NodeId> {
-    let mut winners = sides.map(|side| {
+    let winners = sides.map(|side| {
         let winner = border_winner(problem, side.cell as usize, side.sample as usize)?;
         nodes(problem, side).get(winner).copied()
     });
+    one_of(problem, sides, winners, first)
+}
+
+/// The same where the winners are known.
+pub(super) fn one_of<const E: usize>(
+    problem: &Problem<E>,
+    sides: [Sample; 2],
+    mut winners: [Option<NodeId>; 2],
+    first: usize,
+) -> Option<NodeId> {
     let both = |node: &NodeId| sides.iter().all(|&side| nodes(problem, side).contains(node));
     if first == 0 {
         winners.reverse();
@@ -186,7 +217,7 @@ fn agreed<const E: usize>(
 }
 
 /// The candidates on one side.
-fn nodes<const E: usize>(problem: &Problem<E>, side: Sample) -> &[NodeId] {
+pub(super) fn nodes<const E: usize>(problem: &Problem<E>, side: Sample) -> &[NodeId] {
     let cell = &problem.cells[side.cell as usize];
     &problem.contests[cell.list as usize].nodes
 }

@@ -143,19 +143,20 @@ fn each_row<'a, const E: usize>(
     mut look: impl FnMut(&'a [f32], &'a [Vec<f32>; 3], bool, Row<'a>),
 ) {
     let weights = problem.weights(info);
-    let width = weights.along()[0].len();
-    let rows = labels.chunks_exact(width).zip(&weights.across);
+    let rows = labels.chunks_exact(weights.along[0].len()).zip(&weights.across);
     for (row, across) in rows.skip(step / 2).step_by(step) {
-        look(across, weights.along(), false, Row::Pixels(row));
+        look(across, &weights.along, false, Row::Pixels(row));
     }
     for border in problem.borders(info) {
         let of_side = &weights.borders[border.axis as usize][border.side as usize];
-        let mut rows =
-            problem.allowed[border.samples..border.samples + border.count].chunks_exact(width);
-        for along in &weights.at_places {
-            for (across, allowed) in of_side.across.iter().zip(&mut rows) {
-                look(across, along, border.axis == 0, Row::Border(allowed));
-            }
+        let samples = &problem.allowed[border.samples..border.samples + border.count];
+        let rows = of_side.across.iter().zip(samples.chunks_exact(weights.along[0].len()));
+        for (across, allowed) in rows {
+            look(across, &weights.along, border.axis == 0, Row::Border(allowed));
+        }
+        for extra in &border.extras {
+            let across = &of_side.across[extra.row];
+            look(across, &extra.along, border.axis == 0, Row::Border(&extra.allowed));
         }
     }
 }
@@ -200,7 +201,6 @@ pub(super) fn count_errors<const E: usize>(
 ) -> i64 {
     let info = &problem.cells[cell];
     let contest = &problem.contests[info.list as usize];
-    let weights = problem.weights(info);
     let along_taps = problem.kernel.taps();
     let scalars = scalars(contest, taps, along_taps);
     let mut sum = 0;
@@ -241,7 +241,7 @@ pub(super) fn count_errors<const E: usize>(
             *line = scalar.line(across, along_taps);
         }
         let settled = contest.is_voronoi.then(|| sole(&lines[..count], along_taps)).flatten();
-        for x in 0..weights.along()[0].len() {
+        for x in 0..along[0].len() {
             if !row.matters(x) {
                 continue;
             }
@@ -289,10 +289,10 @@ pub(super) fn count_wrong<const E: usize>(
     let contest = &problem.contests[info.list as usize];
     let scalars = scalars(contest, &problem.taps_at(cell), problem.kernel.taps());
     let mut counts = [[0; 2]; MAX_CANDIDATES];
-    let width = weights.along()[0].len();
+    let width = weights.along[0].len();
     for (labels, across) in problem.labels(cell).chunks_exact(width).zip(&weights.across) {
         for (x, &label) in labels.iter().enumerate().filter(|&(_, &label)| label != NOBODY) {
-            let won = winner(problem, info, scalars.get(false), (across, weights.along()), x);
+            let won = winner(problem, info, scalars.get(false), (across, &weights.along), x);
             let [pixels, wrong] = &mut counts[usize::from(label)];
             *pixels += 1;
             *wrong += u32::from(won != usize::from(label));
@@ -306,11 +306,11 @@ fn count_unguarded<const E: usize>(problem: &Problem<E>, cell: usize, scalars: &
     let Some(guards) = problem.guards.get(&(cell as u32)) else { return 0 };
     let info = &problem.cells[cell];
     let weights = problem.weights(info);
-    let width = weights.along()[0].len();
+    let width = weights.along[0].len();
     let lost = |&&(pixel, wanted): &&(u32, u8)| {
         let (row, x) = (pixel as usize / width, pixel as usize % width);
         let across = &weights.across[row];
-        winner(problem, info, scalars.get(false), (across, weights.along()), x)
+        winner(problem, info, scalars.get(false), (across, &weights.along), x)
             != usize::from(wanted)
     };
     problem.seam_cost * guards.iter().filter(lost).count() as i64
@@ -349,46 +349,55 @@ pub(super) fn border_winner<const E: usize>(
     cell: usize,
     sample: usize,
 ) -> Option<usize> {
-    let info = &problem.cells[cell];
-    let (is_swapped, weights, x) = place(problem, info, sample)?;
-    let contest = &problem.contests[info.list as usize];
-    let scalars = scalars(contest, &problem.taps_at(cell), problem.kernel.taps());
-    Some(winner(problem, info, scalars.get(is_swapped), weights, x))
+    let (border, row, x) = place(problem, cell, sample)?;
+    let weights = problem.weights(&problem.cells[cell]);
+    Some(winner_beside(problem, cell, border, row, (&weights.along, x)))
 }
 
-/// The weights of a cell's taps at a sample of its border.
-pub(super) fn border_weights<const E: usize>(
+/// The candidate that wins on a row of one of a cell's borders, at a place among weights along it.
+pub(super) fn winner_beside<const E: usize>(
     problem: &Problem<E>,
     cell: usize,
-    sample: usize,
-) -> [f32; TAPS] {
+    border: &Border,
+    row: usize,
+    (along, x): (&[Vec<f32>; 3], usize),
+) -> usize {
     let info = &problem.cells[cell];
-    let mut at = [0.0; TAPS];
-    let Some((is_swapped, (across, along), x)) = place(problem, info, sample) else { return at };
+    let contest = &problem.contests[info.list as usize];
+    let across = &problem.weights(info).borders[border.axis as usize][border.side as usize].across;
+    let scalars = scalars(contest, &problem.taps_at(cell), problem.kernel.taps());
+    winner(problem, info, scalars.get(border.axis == 0), (&across[row], along), x)
+}
+
+/// The weights of a cell's taps there.
+pub(super) fn weights_beside<const E: usize>(
+    problem: &Problem<E>,
+    cell: usize,
+    border: &Border,
+    row: usize,
+    (along, x): (&[Vec<f32>; 3], usize),
+) -> [f32; TAPS] {
+    let weights = problem.weights(&problem.cells[cell]);
+    let across = &weights.borders[border.axis as usize][border.side as usize].across[row];
     let along_taps = problem.kernel.taps();
+    let mut at = [0.0; TAPS];
     for (tap, at) in at.iter_mut().enumerate().take(problem.tap_count) {
         *at = along[tap % along_taps][x] * across[tap / along_taps];
     }
-    if is_swapped { swapped(&at, along_taps) } else { at }
+    if border.axis == 0 { swapped(&at, along_taps) } else { at }
 }
 
-/// Of a sample of one of a cell's borders: whether its axes are swapped, its row's weights across and along, and
-/// its place in the row.
-type Place<'a> = (bool, (&'a [f32], &'a [Vec<f32>; 3]), usize);
-
-fn place<'a, const E: usize>(
-    problem: &'a Problem<E>,
-    info: &Cell,
+/// Of a sample of one of a cell's borders: that border, its row there, and its place in the row.
+pub(super) fn place<const E: usize>(
+    problem: &Problem<E>,
+    cell: usize,
     sample: usize,
-) -> Option<Place<'a>> {
+) -> Option<(&Border, usize, usize)> {
+    let info = &problem.cells[cell];
     let holds = |b: &&Border| (b.samples..b.samples + b.count).contains(&sample);
     let border = problem.borders(info).iter().find(holds)?;
-    let weights = problem.weights(info);
-    let across = &weights.borders[border.axis as usize][border.side as usize].across;
-    let width = weights.along()[0].len();
-    let (row, x) = ((sample - border.samples) / width, (sample - border.samples) % width);
-    let along = &weights.at_places[row / across.len()];
-    Some((border.axis == 0, (&across[row % across.len()], along), x))
+    let (width, within) = (1 << info.texel_log2, sample - border.samples);
+    Some((border, within / width, within % width))
 }
 
 /// Notes how the error of a cell changes when its taps move along `direction`, each by as much as
@@ -407,7 +416,7 @@ pub(super) fn note_changes<const E: usize>(
     let taps = problem.taps_at(cell);
     let reach = REACH as f32;
     let scalars = scalars(contest, &taps, along_taps);
-    let rows = problem.labels(cell).len() / weights.along()[0].len();
+    let rows = problem.labels(cell).len() / weights.along[0].len();
     let step_of_rows = (rows / ROWS).max(1);
     // How far a sample's value moves.
     let moves = [Scalar(*moves), Scalar(swapped(moves, along_taps))];
@@ -432,7 +441,7 @@ pub(super) fn note_changes<const E: usize>(
                 if least.max(-most) > reach * farthest {
                     return;
                 }
-                for x in 0..weights.along()[0].len() {
+                for x in 0..along[0].len() {
                     let p = at(along, line, x);
                     let by = at(along, step, x);
                     if p.abs() < reach * by.abs() {
@@ -473,7 +482,19 @@ pub(super) fn note_changes<const E: usize>(
             *line = scalar.line(across, along_taps);
         }
         let step = moves[usize::from(swapped)].line(across, along_taps);
-        for x in 0..weights.along()[0].len() {
+        let farthest = step.map(|by| by.abs() * (reach + 1.0));
+        let is_settled = contest.is_voronoi
+            && sole(&lines[..count], along_taps).is_some_and(|first| {
+                (0..count).all(|i| {
+                    let by = (slopes[i] - slopes[first]).abs();
+                    let lead = |tap: usize| lines[first][tap] - lines[i][tap];
+                    (0..along_taps).all(|tap| i == first || lead(tap) > by * farthest[tap])
+                })
+            });
+        if is_settled {
+            return;
+        }
+        for x in 0..along[0].len() {
             let by = at(along, step, x);
             if by * reach < 1e-3 || !row.matters(x) {
                 continue;

@@ -7,7 +7,7 @@ use super::weights::Weights;
 use rayon::prelude::*;
 
 /// Moves of all texels.
-const ROUNDS: usize = 100;
+const ROUNDS: usize = 80;
 /// The same where only an estimate is wanted, and where even less will do; and the rows of pixels of a
 /// cell that are looked at then.
 const SOME_ROUNDS: usize = 40;
@@ -28,6 +28,9 @@ const BORDER_WEIGHT: f32 = 0.5;
 /// How much of the mean pull and of the mean square of its length stays from round to round.
 const INERTIA: f32 = 0.8;
 const SQUARE_INERTIA: f32 = 0.9;
+
+/// What is ahead by as much is so however sums are rounded, in value units.
+const SURE: f32 = 0.01;
 
 /// Cells, and texels, looked at by one task.
 const CHUNK: usize = 64;
@@ -141,6 +144,17 @@ impl<const T: usize> Field<'_, T> {
                 line[k] += w * self.at[i * n + k];
             }
         }
+        // Between its taps' a row's p is nowhere: where all of it has one side, and lies there, nothing is pulled.
+        let [all_up, all_down] = [1.0, -1.0].map(|side| sides.iter().all(|&own| own == side));
+        if all_up || all_down {
+            let ahead = |p: &f32| (if all_up { *p } else { -*p }) - pull.margin;
+            let least =
+                line[..n].iter().map(ahead).fold(f32::INFINITY, |a, b| if b < a { b } else { a });
+            if least > SURE {
+                self.slack = self.slack.min(least);
+                return;
+            }
+        }
         let mut force = [0.0f32; T];
         let mut excess = [0.0f32; T];
         for x in 0..T {
@@ -181,7 +195,7 @@ fn pull_cell<const T: usize, const E: usize>(
     let contest: &Contest<E> = &problem.contests[info.list as usize];
     let weights = problem.weights(info);
     let along: [[f32; T]; 3] =
-        std::array::from_fn(|k| weights.along()[k].as_slice().try_into().unwrap_or([0.0; T]));
+        std::array::from_fn(|k| weights.along[k].as_slice().try_into().unwrap_or([0.0; T]));
     let labels = problem.labels(cell).as_chunks::<T>().0;
     let mut slack = f32::INFINITY;
     for pair in contest.pairs.iter().filter(|pair| pair.cost > 0) {
@@ -263,12 +277,12 @@ fn pull_borders<const T: usize, const E: usize>(
 }
 
 /// Taps with their first two axes swapped.
-pub(super) fn swapped(taps: &[f32; TAPS], along_taps: usize) -> [f32; TAPS] {
+pub(super) fn swapped<T: Copy + Default>(taps: &[T; TAPS], along_taps: usize) -> [T; TAPS] {
     if along_taps == 3 {
         let [a, b, c, d, e, f, g, h, i] = *taps;
         return [a, d, g, b, e, h, c, f, i];
     }
-    let mut to = [0.0; TAPS];
+    let mut to = [T::default(); TAPS];
     let plane = along_taps * along_taps;
     for (k, to) in to.iter_mut().enumerate() {
         let (x, y, rest) = (k % along_taps, k / along_taps % along_taps, k / plane);

@@ -7,6 +7,7 @@
 //! Regions may be cut into pieces whose numbers, after those of the regions, are those of their own
 //! nodes. A pixel of one is right whichever node of its region wins.
 
+mod between;
 mod close;
 mod deepest;
 mod distance;

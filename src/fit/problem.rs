@@ -7,7 +7,6 @@ use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::Regions;
 use crate::model::{Block, Cells, ListId, Located, Model, NodeId};
-use crate::raster::seam_places;
 use crate::texels::Texels;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -46,6 +45,18 @@ pub(super) struct Border {
     /// Where its samples start in [`Problem::allowed`].
     pub samples: usize,
     pub count: usize,
+    /// Samples between the middles of pixels.
+    pub extras: Vec<Extra>,
+}
+
+/// A sample of a border that is not in the middle of a pixel's side: there a seam was found.
+pub(super) struct Extra {
+    /// The row of the border.
+    pub row: usize,
+    /// The weights of taps along the row, of this one sample.
+    pub along: [Vec<f32>; 3],
+    /// As in [`Problem::allowed`], for this one sample.
+    pub allowed: Vec<u16>,
 }
 
 /// A place where two cells meet that may decode to different nodes although both know them: cells of
@@ -281,39 +292,6 @@ impl<const E: usize> Problem<E> {
         }
     }
 
-    /// Asks at all places of a pixel's side what is asked in the middle: what one side of a border decodes to the
-    /// other must know. Nothing is pulled from then on, and it is done once.
-    pub fn look_closer(&mut self) {
-        let starts: Vec<usize> = self.borders.iter().map(|border| border.samples).collect();
-        let allowed = std::mem::take(&mut self.allowed);
-        self.wanted = Vec::new();
-        for cell in &self.cells {
-            let places = seam_places(cell.texel_log2).len();
-            for i in cell.borders.clone() {
-                let border = &mut self.borders[i as usize];
-                let samples = border.samples..border.samples + border.count;
-                (border.samples, border.count) = (self.allowed.len(), border.count * places);
-                for _ in 0..places {
-                    self.allowed.extend_from_slice(&allowed[samples.clone()]);
-                }
-            }
-        }
-        let moved = |side: Sample, place: usize| {
-            let i = starts.partition_point(|&start| start <= side.sample as usize) - 1;
-            let border = &self.borders[i];
-            let places = seam_places(self.cells[side.cell as usize].texel_log2).len();
-            let within = side.sample as usize - starts[i] + place * (border.count / places);
-            Sample { sample: (border.samples + within) as u32, ..side }
-        };
-        let joints = self.joints.iter().flat_map(|joint| {
-            let [one, other] = joint.sides.map(|side| self.cells[side.cell as usize].texel_log2);
-            // Between texel sizes values differ by their rounding, and beside the middle that alone would move them.
-            let places = if one == other { seam_places(one).len() } else { 1 };
-            (0..places).map(|place| Joint { sides: joint.sides.map(|side| moved(side, place)) })
-        });
-        self.joints = joints.collect();
-    }
-
     /// Adds the borders of a cell whose pixels start at `origin`.
     fn add_borders<const D: usize>(
         &mut self,
@@ -400,7 +378,8 @@ impl<const E: usize> Problem<E> {
                 }
                 if differs {
                     let count = self.allowed.len() - samples;
-                    self.borders.push(Border { axis: axis as u8, side, samples, count });
+                    let axis = axis as u8;
+                    self.borders.push(Border { axis, side, samples, count, extras: Vec::new() });
                 } else {
                     self.allowed.truncate(samples);
                     self.wanted.truncate(samples);

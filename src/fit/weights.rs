@@ -2,26 +2,18 @@
 
 use crate::grid;
 use crate::kernel::Kernel;
-use crate::raster::seam_places;
 
 /// Weights of taps at the middles of a cell's pixels.
 pub(super) struct Weights {
-    /// Along the first axis: for each tap, by pixel; at each of [`seam_places`], the middle first.
-    pub at_places: Vec<[Vec<f32>; 3]>,
+    /// Along the first axis: for each tap, by pixel.
+    pub along: [Vec<f32>; 3],
     /// For each row of pixels, the weight of each row of taps.
     pub across: Vec<Vec<f32>>,
     /// The samples on each side of a cell, by axis and side.
     pub borders: Vec<[BorderWeights; 2]>,
 }
 
-impl Weights {
-    /// Along the first axis, in the middles of pixels.
-    pub fn along(&self) -> &[Vec<f32>; 3] {
-        &self.at_places[0]
-    }
-}
-
-/// The samples on one side of a cell, for one of the places of its pixels' sides. Rows run along the first
+/// The samples on one side of a cell, in the middles of its pixels' sides. Rows run along the first
 /// axis, and across that along the second, as if the two were swapped.
 pub(super) struct BorderWeights {
     /// For each row of samples, the weight of each row of taps.
@@ -33,12 +25,8 @@ pub(super) struct BorderWeights {
 /// Those of a cell of `2^texel_log2` pixels.
 pub(super) fn weights<const D: usize>(kernel: Kernel, texel_log2: u8) -> Weights {
     let size = 1u32 << texel_log2;
-    let within = |x: u32, place: f64| kernel.weights((f64::from(x) + place) / f64::from(size));
-    let at = |x: u32| within(x, 0.5);
-    let along_at = |place: f64| {
-        std::array::from_fn(|tap| (0..size).map(|x| within(x, place)[tap] as f32).collect())
-    };
-    let at_places = seam_places(texel_log2).iter().map(|&place| along_at(place)).collect();
+    let at = |x: u32| kernel.weights((f64::from(x) + 0.5) / f64::from(size));
+    let along = std::array::from_fn(|tap| (0..size).map(|x| at(x)[tap] as f32).collect());
     let mut rows = [size; D];
     rows[0] = 1;
     let mut taps = [kernel.taps() as u32; D];
@@ -87,5 +75,5 @@ pub(super) fn weights<const D: usize>(kernel: Kernel, texel_log2: u8) -> Weights
         BorderWeights { across, pixels }
     };
     let borders = (0..D).map(|axis| [border(axis, 0), border(axis, 1)]).collect();
-    Weights { at_places, across, borders }
+    Weights { along, across, borders }
 }

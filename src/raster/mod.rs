@@ -1,5 +1,6 @@
 //! Drawing on the CPU.
 
+mod envelope;
 mod fast;
 mod reference;
 mod seams;
@@ -12,6 +13,9 @@ pub use reference::{
     Across, Decoded, decode_at, region_at, render_row, render_scene_row, render_styled_row,
 };
 pub use seams::seams;
-#[cfg(feature = "encode")]
-pub(crate) use seams::{seam_places, seams_from};
 pub use within::regions_within;
+#[cfg(feature = "encode")]
+pub(crate) use {
+    envelope::{Curve, greatest},
+    seams::{LEAST as LEAST_SEAM, seam_places, seams_from},
+};

@@ -15,11 +15,13 @@ fn assert_no_violations(name: &str, source: &Source<2>, texel_sizes: &[u32]) {
 #[test]
 fn the_gallery_has_no_violations() {
     for name in ["emblem", "map"] {
-        for gamma in [Gamma::Voronoi, Gamma::Planes] {
-            let image = fixtures::gallery_encoded(name, 16, Kernel::Quadratic, gamma);
-            assert_eq!(embed::model_violations(image), 0, "{name}, {gamma:?}");
-        }
+        let image = fixtures::gallery_encoded(name, 16, Kernel::Quadratic);
+        assert_eq!(embed::model_violations(image), 0, "{name}");
     }
+    // Planes take their time: a part has all kinds of places that the whole has.
+    let part = fixtures::crop(&fixtures::gallery("map"), [2600, 500], [800, 600]);
+    let planes = fixtures::encoded_with(&part, 16, Kernel::Quadratic, Gamma::Planes);
+    assert_eq!(embed::model_violations(&planes), 0, "a part of the map with planes");
 }
 
 #[test]

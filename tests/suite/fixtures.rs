@@ -112,15 +112,10 @@ pub fn each_sound(
 }
 
 /// One of the gallery's pictures, encoded with default options but for these: once, which takes a while.
-pub fn gallery_encoded(
-    name: &'static str,
-    texel_size: u32,
-    kernel: Kernel,
-    gamma: Gamma,
-) -> &'static Image {
-    type Key = (&'static str, u32, Kernel, Gamma);
+pub fn gallery_encoded(name: &'static str, texel_size: u32, kernel: Kernel) -> &'static Image {
+    type Key = (&'static str, u32, Kernel);
     static ENCODED: Mutex<Vec<(Key, &'static OnceLock<Image>)>> = Mutex::new(Vec::new());
-    let key = (name, texel_size, kernel, gamma);
+    let key = (name, texel_size, kernel);
     let image = {
         let mut all = ENCODED.lock().unwrap();
         let known = all.iter().find(|(other, _)| *other == key).map(|&(_, image)| image);
@@ -131,7 +126,7 @@ pub fn gallery_encoded(
         })
     };
     // Others may ask for other pictures meanwhile.
-    image.get_or_init(|| encoded_with(&gallery(name), texel_size, kernel, gamma))
+    image.get_or_init(|| encoded(&gallery(name), texel_size, kernel))
 }
 
 /// Encodes with default options but for these.
@@ -200,7 +195,7 @@ pub fn pictures() -> &'static [(String, Image)] {
                 pictures.push((format!("{name} {}", kernel.name()), encoded(&source, 8, kernel)));
             }
             for name in ["map", "emblem"] {
-                let image = gallery_encoded(name, 8, kernel, Gamma::Voronoi);
+                let image = gallery_encoded(name, 8, kernel);
                 pictures.push((format!("{name} {}", kernel.name()), image.clone()));
             }
         }

@@ -15,13 +15,13 @@ fn assert_none_lost(name: &str, source: &Source<2>, texel_sizes: &[u32], kernel:
 #[test]
 fn stress_pictures_lose_no_region() {
     for (name, source) in [
-        ("rings", stress::rings(110, 5.0)),
+        ("rings", stress::rings(80, 5.0)),
         ("comb", stress::comb(75, 5)),
         ("checkerboard", stress::checkerboard(24)),
         ("star", stress::star(128, 16)),
-        ("voronoi", stress::voronoi(80, 280)),
-        ("noise", stress::noise(24, 2)),
-        ("colourful noise", stress::noise(24, 7)),
+        ("voronoi", stress::voronoi(64, 180)),
+        ("noise", stress::noise(16, 2)),
+        ("colourful noise", stress::noise(16, 7)),
     ] {
         assert_none_lost(name, &source, &[2, 8, 16], Kernel::Quadratic);
     }

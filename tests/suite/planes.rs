@@ -99,7 +99,7 @@ fn a_t_junction_is_straighter_with_planes() {
 fn planes_never_lose_to_bisectors() {
     let pictures =
         [("discs", fixtures::discs()), ("wheel", fixtures::wheel()), ("tiles", fixtures::tiles())];
-    let of_gallery = fixtures::gallery_encoded("map", 8, Kernel::Quadratic, Gamma::Voronoi);
+    let of_gallery = fixtures::gallery_encoded("map", 8, Kernel::Quadratic);
     let encoded = pictures.into_iter().map(|(name, source)| {
         let image = fixtures::encoded(&source, 8, Kernel::Quadratic);
         (name, source, image)

@@ -482,5 +482,5 @@ fn fade(view: &SceneView, rows: Range<u32>, pixels: &mut [[u8; 4]]) {
 
 fn faded(pixel: &mut [u8; 4], inside: f64) {
     let alpha = (f64::from(pixel[3]) * inside).round() as u8;
-    *pixel = if alpha == 0 { [0; 4] } else { [pixel[0], pixel[1], pixel[2], alpha] };
+    *pixel = if inside <= 0.0 { [0; 4] } else { [pixel[0], pixel[1], pixel[2], alpha] };
 }
