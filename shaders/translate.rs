@@ -155,8 +155,8 @@ fn join_value(function: &str) -> Option<String> {
 }
 
 /// GLSL with a letter or two for each of the values and names that naga has numbered, and without the constants that
-/// it has put in their places. What is worked out for the next statement alone is part of it. Each function for itself, so that one that is in several shaders is the same text in
-/// all, which packs to nothing.
+/// it has put in their places. What is worked out for the next statement alone is part of it. Each function for itself,
+/// so that one that is in several shaders is the same text in all, which packs to nothing.
 pub fn shorten_values(glsl: &str) -> String {
     let glsl = join_values(glsl);
     let all = tokens(&glsl);
