@@ -45,7 +45,7 @@ fn roots([a, b, c]: Curve) -> [f64; 2] {
     [s / c, a / s]
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(target_arch = "wasm32")))]
 mod tests {
     use super::*;
     use proptest::prelude::*;
