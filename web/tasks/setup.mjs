@@ -21,6 +21,9 @@ const WELCOME_PACKAGES = ['firefox-esr', 'xvfb', 'libegl1', 'libgl1', 'libgl1-me
 /** Nobody waits long for them where there is no network. */
 const QUICK = ['-o', 'Acquire::Retries=0', '-o', 'Acquire::http::Timeout=10'];
 
+/** How far these are optimized: they run for seconds, and it is not worth minutes to make them fast. What is timed is built as its authors say. */
+const QUICKLY_BUILT = { 'wasm-pack': '0', 'wasm-bindgen': '1' };
+
 export async function setup({ tests }) {
   await compiler();
   rustTarget();
@@ -58,9 +61,8 @@ export async function cargoTool(name, crate, version, options) {
     {
       // One folder for all tools, because they share dependencies.
       CARGO_TARGET_DIR: at('.tools', 'build'),
-      // They run for seconds: it is not worth minutes to make them fast.
-      CARGO_PROFILE_RELEASE_OPT_LEVEL: name === 'wasm-pack' ? '0' : '1',
       CARGO_PROFILE_RELEASE_DEBUG: '0',
+      ...(name in QUICKLY_BUILT ? { CARGO_PROFILE_RELEASE_OPT_LEVEL: QUICKLY_BUILT[name] } : {}),
     },
   );
 }
