@@ -2,7 +2,7 @@
 //! a polynomial; where planes do, at several places of each pixel.
 
 use super::close::{nodes, one_of};
-use super::line::{place, winner_beside};
+use super::line::Spot;
 use super::margin::swapped;
 use super::problem::{Border, Cell, Extra, Problem, Sample};
 use crate::model::NodeId;
@@ -56,22 +56,19 @@ fn of_cell<const E: usize>(problem: &Problem<E>, cell: usize, is_joint: &[bool])
             if (0..size).all(|x| asked(x) == 0) {
                 continue;
             }
-            let mut add = |u: f64, allowed: u16| {
-                found.push(Found {
-                    cell: cell as u32,
-                    border: index,
-                    extra: extra(problem, row, u, allowed),
-                });
-            };
+            let mut add = |extra| found.push(Found { cell: cell as u32, border: index, extra });
             if contest.is_voronoi {
-                open_parts(&winners(problem, cell, border, row), size, asked, &mut add);
+                let winners = winners(problem, cell, border, row);
+                open_parts(&winners, size, asked, |u, allowed| {
+                    add(extra(problem, row, u, allowed));
+                });
                 continue;
             }
             for x in (0..size).filter(|&x| asked(x) != 0) {
                 for &within in &seam_places(info.texel_log2)[1..] {
-                    let u = (x as f64 + within) / size as f64;
-                    if asked(x) >> winner_at(problem, cell, border, row, u) & 1 == 0 {
-                        add(u, asked(x));
+                    let extra = extra(problem, row, (x as f64 + within) / size as f64, asked(x));
+                    if asked(x) >> Spot::of_extra(border, &extra).winner(problem, cell) & 1 == 0 {
+                        add(extra);
                     }
                 }
             }
@@ -85,7 +82,7 @@ fn open_parts(
     winners: &[(f64, usize)],
     size: usize,
     asked: impl Fn(usize) -> u16,
-    add: &mut impl FnMut(f64, u16),
+    mut add: impl FnMut(f64, u16),
 ) {
     let size_along = size as f64;
     let mut from = 0.0;
@@ -140,29 +137,32 @@ fn winners<const E: usize>(
 /// Two cells whose planes may decide differently, at all places of a pixel's side but its middle.
 fn of_joint<const E: usize>(problem: &Problem<E>, sides: [Sample; 2]) -> Vec<Found> {
     let [one, other] = sides.map(|side| problem.cells[side.cell as usize].texel_log2);
-    let places = sides.map(|side| place(problem, side.cell as usize, side.sample as usize));
-    let [Some(below), Some(above)] = places else { return Vec::new() };
     if one != other {
         return Vec::new();
     }
+    let spots =
+        sides.map(|side| Spot::of_sample(problem, side.cell as usize, side.sample as usize));
+    let [Some(below), Some(above)] = spots else { return Vec::new() };
     let mut found = Vec::new();
     for &within in &seam_places(one)[1..] {
-        let u = (below.2 as f64 + within) / f64::from(1u32 << one);
+        let u = (below.x as f64 + within) / f64::from(1u32 << one);
+        let at = |spot: Spot, allowed| extra(problem, spot.row, u, allowed);
         let winners: [Option<NodeId>; 2] = std::array::from_fn(|i| {
-            let (border, row, _) = [below, above][i];
-            let winner = winner_at(problem, sides[i].cell as usize, border, row, u);
-            nodes(problem, sides[i]).get(winner).copied()
+            let (side, spot) = (sides[i], [below, above][i]);
+            let winner =
+                Spot::of_extra(spot.border, &at(spot, 0)).winner(problem, side.cell as usize);
+            nodes(problem, side).get(winner).copied()
         });
         if winners[0] == winners[1] {
             continue;
         }
         let Some(node) = one_of(problem, sides, winners, 0) else { continue };
-        for (side, (border, row, _)) in sides.into_iter().zip([below, above]) {
+        for (side, spot) in sides.into_iter().zip([below, above]) {
             let Some(own) = nodes(problem, side).iter().position(|&n| n == node) else { continue };
-            let info = &problem.cells[side.cell as usize];
-            let is_it = |&i: &u32| problem.borders[i as usize].samples == border.samples;
-            let Some(border) = info.borders.clone().find(is_it) else { continue };
-            found.push(Found { cell: side.cell, border, extra: extra(problem, row, u, 1 << own) });
+            let is_it = |&i: &u32| problem.borders[i as usize].samples == spot.border.samples;
+            let borders = problem.cells[side.cell as usize].borders.clone();
+            let Some(border) = borders.into_iter().find(is_it) else { continue };
+            found.push(Found { cell: side.cell, border, extra: at(spot, 1 << own) });
         }
     }
     found
@@ -171,15 +171,4 @@ fn of_joint<const E: usize>(problem: &Problem<E>, sides: [Sample; 2]) -> Vec<Fou
 fn extra<const E: usize>(problem: &Problem<E>, row: usize, u: f64, allowed: u16) -> Extra {
     let along = problem.kernel.weights(u).map(|weight| vec![weight as f32]);
     Extra { row, along, allowed: vec![allowed] }
-}
-
-fn winner_at<const E: usize>(
-    problem: &Problem<E>,
-    cell: usize,
-    border: &Border,
-    row: usize,
-    u: f64,
-) -> usize {
-    let along = problem.kernel.weights(u).map(|weight| vec![weight as f32]);
-    winner_beside(problem, cell, border, row, (&along, 0))
 }

@@ -1,8 +1,8 @@
 //! Seams: texels around them move until both sides of every border decode alike.
 
 use super::between::{self, Found};
-use super::line::{border_winner, count_errors, place, weights_beside, winner_beside};
-use super::problem::{Pair, Problem, Sample, TAPS};
+use super::line::{Spot, count_errors};
+use super::problem::{Border, Pair, Problem, Sample, TAPS};
 use super::search::{all_errors, search_from};
 use crate::model::NodeId;
 use rayon::prelude::*;
@@ -92,25 +92,22 @@ fn recount<const E: usize>(problem: &Problem<E>, cells: &[u32], errors: &mut [i6
 
 /// Pushes the texels of a cell so that at each sample of its borders one wins that is allowed to.
 fn push_open<const E: usize>(problem: &mut Problem<E>, cell: usize) {
-    for border in problem.cells[cell].borders.clone() {
-        let border = border as usize;
-        let from = problem.borders[border].samples;
-        for sample in from..from + problem.borders[border].count {
-            let allowed = problem.allowed[sample];
-            let Some((of_sample, row, x)) = place(problem, cell, sample) else { continue };
-            let along = &problem.weights(&problem.cells[cell]).along;
-            let winner = winner_beside(problem, cell, of_sample, row, (along, x));
-            if allowed != 0 && allowed >> winner & 1 == 0 {
-                let weights = weights_beside(problem, cell, of_sample, row, (along, x));
-                push(problem, cell, weights, allowed.trailing_zeros() as u8);
-            }
-        }
-        for i in 0..problem.borders[border].extras.len() {
-            let extra = &problem.borders[border].extras[i];
-            let (allowed, row) = (extra.allowed[0], extra.row);
-            let at = (&extra.along, 0);
-            if allowed >> winner_beside(problem, cell, &problem.borders[border], row, at) & 1 == 0 {
-                let weights = weights_beside(problem, cell, &problem.borders[border], row, at);
+    // The weights of its taps there, where none of these wins.
+    let open = |problem: &Problem<E>, spot: Spot, allowed: u16| {
+        let is_open = allowed != 0 && allowed >> spot.winner(problem, cell) & 1 == 0;
+        is_open.then(|| spot.weights(problem, cell))
+    };
+    for index in problem.cells[cell].borders.clone() {
+        let Border { samples, count, ref extras, .. } = problem.borders[index as usize];
+        for i in 0..count + extras.len() {
+            let border = &problem.borders[index as usize];
+            let (spot, allowed) = match i.checked_sub(count) {
+                None => (Spot::of_sample(problem, cell, samples + i), problem.allowed[samples + i]),
+                Some(i) => {
+                    (Some(Spot::of_extra(border, &border.extras[i])), border.extras[i].allowed[0])
+                }
+            };
+            if let Some(weights) = spot.and_then(|spot| open(problem, spot, allowed)) {
                 push(problem, cell, weights, allowed.trailing_zeros() as u8);
             }
         }
@@ -192,8 +189,9 @@ fn agreed<const E: usize>(
     first: usize,
 ) -> Option<NodeId> {
     let winners = sides.map(|side| {
-        let winner = border_winner(problem, side.cell as usize, side.sample as usize)?;
-        nodes(problem, side).get(winner).copied()
+        let cell = side.cell as usize;
+        let spot = Spot::of_sample(problem, cell, side.sample as usize)?;
+        nodes(problem, side).get(spot.winner(problem, cell)).copied()
     });
     one_of(problem, sides, winners, first)
 }

@@ -2,7 +2,7 @@
 
 use super::deepest::{Wedges, deepest};
 use super::margin::swapped;
-use super::problem::{Border, Cell, Contest, NOBODY, Problem, TAPS};
+use super::problem::{Border, Cell, Contest, Extra, NOBODY, Problem, TAPS};
 use crate::limits::MAX_CANDIDATES;
 
 /// Steps to either side that are looked at.
@@ -343,61 +343,60 @@ fn winner<const E: usize>(
     best.0
 }
 
-/// The candidate that wins at a sample of a cell's border, by its place in [`Problem::allowed`].
-pub(super) fn border_winner<const E: usize>(
-    problem: &Problem<E>,
-    cell: usize,
-    sample: usize,
-) -> Option<usize> {
-    let (border, row, x) = place(problem, cell, sample)?;
-    let weights = problem.weights(&problem.cells[cell]);
-    Some(winner_beside(problem, cell, border, row, (&weights.along, x)))
+/// A place on a border of a cell.
+#[derive(Clone, Copy)]
+pub(super) struct Spot<'a> {
+    pub border: &'a Border,
+    /// The row of the border, the weights of taps along it, and which of them.
+    pub row: usize,
+    pub along: &'a [Vec<f32>; 3],
+    pub x: usize,
 }
 
-/// The candidate that wins on a row of one of a cell's borders, at a place among weights along it.
-pub(super) fn winner_beside<const E: usize>(
-    problem: &Problem<E>,
-    cell: usize,
-    border: &Border,
-    row: usize,
-    (along, x): (&[Vec<f32>; 3], usize),
-) -> usize {
-    let info = &problem.cells[cell];
-    let contest = &problem.contests[info.list as usize];
-    let across = &problem.weights(info).borders[border.axis as usize][border.side as usize].across;
-    let scalars = scalars(contest, &problem.taps_at(cell), problem.kernel.taps());
-    winner(problem, info, scalars.get(border.axis == 0), (&across[row], along), x)
-}
-
-/// The weights of a cell's taps there.
-pub(super) fn weights_beside<const E: usize>(
-    problem: &Problem<E>,
-    cell: usize,
-    border: &Border,
-    row: usize,
-    (along, x): (&[Vec<f32>; 3], usize),
-) -> [f32; TAPS] {
-    let weights = problem.weights(&problem.cells[cell]);
-    let across = &weights.borders[border.axis as usize][border.side as usize].across[row];
-    let along_taps = problem.kernel.taps();
-    let mut at = [0.0; TAPS];
-    for (tap, at) in at.iter_mut().enumerate().take(problem.tap_count) {
-        *at = along[tap % along_taps][x] * across[tap / along_taps];
+impl<'a> Spot<'a> {
+    /// Where a sample is, by its place in [`Problem::allowed`].
+    pub fn of_sample<const E: usize>(
+        problem: &'a Problem<E>,
+        cell: usize,
+        sample: usize,
+    ) -> Option<Self> {
+        let info = &problem.cells[cell];
+        let holds = |b: &&Border| (b.samples..b.samples + b.count).contains(&sample);
+        let border = problem.borders(info).iter().find(holds)?;
+        let (width, within) = (1 << info.texel_log2, sample - border.samples);
+        let along = &problem.weights(info).along;
+        Some(Spot { border, row: within / width, along, x: within % width })
     }
-    if border.axis == 0 { swapped(&at, along_taps) } else { at }
-}
 
-/// Of a sample of one of a cell's borders: that border, its row there, and its place in the row.
-pub(super) fn place<const E: usize>(
-    problem: &Problem<E>,
-    cell: usize,
-    sample: usize,
-) -> Option<(&Border, usize, usize)> {
-    let info = &problem.cells[cell];
-    let holds = |b: &&Border| (b.samples..b.samples + b.count).contains(&sample);
-    let border = problem.borders(info).iter().find(holds)?;
-    let (width, within) = (1 << info.texel_log2, sample - border.samples);
-    Some((border, within / width, within % width))
+    pub fn of_extra(border: &'a Border, extra: &'a Extra) -> Self {
+        Spot { border, row: extra.row, along: &extra.along, x: 0 }
+    }
+
+    /// The weights of each row of the cell's taps.
+    fn across<const E: usize>(&self, problem: &'a Problem<E>, cell: usize) -> &'a [f32] {
+        let weights = problem.weights(&problem.cells[cell]);
+        &weights.borders[self.border.axis as usize][self.border.side as usize].across[self.row]
+    }
+
+    /// The candidate that wins there.
+    pub fn winner<const E: usize>(&self, problem: &Problem<E>, cell: usize) -> usize {
+        let info = &problem.cells[cell];
+        let contest = &problem.contests[info.list as usize];
+        let scalars = scalars(contest, &problem.taps_at(cell), problem.kernel.taps());
+        let weights = (self.across(problem, cell), self.along);
+        winner(problem, info, scalars.get(self.border.axis == 0), weights, self.x)
+    }
+
+    /// The weights of the cell's taps there.
+    pub fn weights<const E: usize>(&self, problem: &Problem<E>, cell: usize) -> [f32; TAPS] {
+        let across = self.across(problem, cell);
+        let along_taps = problem.kernel.taps();
+        let mut at = [0.0; TAPS];
+        for (tap, at) in at.iter_mut().enumerate().take(problem.tap_count) {
+            *at = self.along[tap % along_taps][self.x] * across[tap / along_taps];
+        }
+        if self.border.axis == 0 { swapped(&at, along_taps) } else { at }
+    }
 }
 
 /// Notes how the error of a cell changes when its taps move along `direction`, each by as much as

@@ -29,9 +29,6 @@ const BORDER_WEIGHT: f32 = 0.5;
 const INERTIA: f32 = 0.8;
 const SQUARE_INERTIA: f32 = 0.9;
 
-/// What is ahead by as much is so however sums are rounded, in value units.
-const SURE: f32 = 0.01;
-
 /// Cells, and texels, looked at by one task.
 const CHUNK: usize = 64;
 const TEXELS: usize = 1024;
@@ -142,17 +139,6 @@ impl<const T: usize> Field<'_, T> {
         for (i, &w) in across.iter().enumerate() {
             for k in 0..n {
                 line[k] += w * self.at[i * n + k];
-            }
-        }
-        // Between its taps' a row's p is nowhere: where all of it has one side, and lies there, nothing is pulled.
-        let [all_up, all_down] = [1.0, -1.0].map(|side| sides.iter().all(|&own| own == side));
-        if all_up || all_down {
-            let ahead = |p: &f32| (if all_up { *p } else { -*p }) - pull.margin;
-            let least =
-                line[..n].iter().map(ahead).fold(f32::INFINITY, |a, b| if b < a { b } else { a });
-            if least > SURE {
-                self.slack = self.slack.min(least);
-                return;
             }
         }
         let mut force = [0.0f32; T];

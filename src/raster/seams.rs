@@ -151,9 +151,9 @@ fn find_open<const D: usize, const E: usize>(
     // In pixels from the first on.
     let along = |u: f64| ((u - cell.u[run]) * size).clamp(0.0, f64::from(count));
     let (mut from, mut next) = (0.0, 0);
-    for [end, is_open] in merged(&below, &above) {
+    for (end, is_open) in merged(&below, &above) {
         let to = along(end);
-        if is_open > 0.0 && to - from > LEAST {
+        if is_open && to - from > LEAST {
             let last = (to.ceil() as u32).max(next);
             (next.max(from as u32)..last).for_each(&mut add);
             next = last;
@@ -162,17 +162,17 @@ fn find_open<const D: usize, const E: usize>(
     }
 }
 
-/// Where stretches of either end, and 1 where the two differ up to there, or 0.
+/// Where stretches of either end, and whether the two differ up to there.
 fn merged(
     one: &[(f64, Option<RegionId>)],
     other: &[(f64, Option<RegionId>)],
-) -> impl Iterator<Item = [f64; 2]> {
+) -> impl Iterator<Item = (f64, bool)> {
     let (mut i, mut j) = (0, 0);
     std::iter::from_fn(move || {
         let (&(end, a), &(stop, b)) = (one.get(i)?, other.get(j)?);
         i += usize::from(end <= stop);
         j += usize::from(stop <= end);
-        Some([end.min(stop), f64::from(u8::from(a != b))])
+        Some((end.min(stop), a != b))
     })
 }
 
