@@ -42,9 +42,11 @@ async function start(options) {
 
 const open = () => harness.openViewer(page, run.server.url, { src: `${files.base}quilt.istar` });
 const frames = () => page.evaluate(() => window.copied.splice(0));
+// Styles the figure, and waits until it has heard of its size: what is drawn sooner has the size before.
 const style = (css) =>
-  page.evaluate((css) => {
+  page.evaluate(async (css) => {
     document.querySelector('istar-viewer').style.cssText = css;
+    for (let frame = 0; frame < 2; frame++) await new Promise(requestAnimationFrame);
   }, css);
 const names = () => page.evaluate(() => window.seen.map(({ name }) => name));
 
