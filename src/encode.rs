@@ -407,7 +407,7 @@ fn encode_cells(
         }
         if has_distances || is_whole {
             stage("fitting distances");
-            fit::fit_distances_with(&mut image, regions, label_cost, distances, prepared.effort);
+            fit::fit_distances(&mut image, regions, label_cost, distances);
             has_distances = true;
             is_whole = !refine(&mut cells, &mut image, regions, label_cost, &mut closings, stage);
         }

@@ -119,7 +119,8 @@ pub fn place<const D: usize, const E: usize>(
         }
         // Nodes start where they are: what holds will hold.
         let hubs = round % MOVES == MOVES - 1;
-        let unsettled = Unsettled { at, restless, hurry: split, hubs, ..Unsettled::default() };
+        let unsettled =
+            Unsettled { at, restless, hurry: split || many, hubs, ..Unsettled::default() };
         positions = settle(unsettled, &constraints, round);
     }
     let violations_before = violations_before.and_then(|n| n.try_into().ok()).unwrap_or(u32::MAX);

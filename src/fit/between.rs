@@ -20,17 +20,17 @@ pub(super) struct Found {
     pub extra: Extra,
 }
 
-/// All that are open, by cell.
-pub(super) fn look<const E: usize>(problem: &Problem<E>) -> Vec<Found> {
+/// What is open of some cells, in their order; and where planes decide in others too, in joints.
+pub(super) fn look<const E: usize>(problem: &Problem<E>, cells: &[u32]) -> Vec<Found> {
     // Where texel sizes meet only the middles count, and where planes decide both sides are asked at once.
     let mut is_joint = vec![false; problem.allowed.len()];
     for side in problem.joints.iter().flat_map(|joint| joint.sides) {
         is_joint[side.sample as usize] = true;
     }
-    let mut found: Vec<Found> = (0..problem.cells.len())
-        .into_par_iter()
+    let mut found: Vec<Found> = cells
+        .par_iter()
         .with_min_len(64)
-        .flat_map_iter(|cell| of_cell(problem, cell, &is_joint))
+        .flat_map_iter(|&cell| of_cell(problem, cell as usize, &is_joint))
         .collect();
     let of_joints = problem.joints.par_iter().with_min_len(64);
     let of_joints: Vec<Found> =

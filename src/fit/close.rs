@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 
 /// What a seam costs: more than all pixels that a texel reaches.
 const COST: i64 = 1 << 40;
-/// Looks at the whole picture, at most. Where texel sizes meet, each may change who should win.
-const ROUNDS: usize = 8;
+/// Looks, at most. Where texel sizes meet, each may change who should win.
+const ROUNDS: usize = 24;
 /// By how much a pushed sample's winner wins, in value units: more than rounding its texels costs.
 const MARGIN: f32 = 1.5;
 /// Projections of a pushed sample's value onto a wedge.
@@ -29,16 +29,19 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
     joined.sort_unstable();
     joined.dedup();
     let mut best: Option<(usize, Vec<[f32; E]>)> = None;
+    // Cells that have not been looked at as their texels are now.
+    let mut fresh: Vec<u32> = (0..problem.cells.len() as u32).collect();
     for round in 0..=ROUNDS {
         agree(problem, round % 2);
         recount(problem, &joined, &mut errors);
-        let found = between::look(problem);
+        let looked_at = problem.texels.values.clone();
+        let found = between::look(problem, &fresh);
         let is_open = |&cell: &u32| errors[cell as usize] >= COST;
         let mut open: Vec<u32> = (0..errors.len() as u32).filter(is_open).collect();
         let seams = open.len() + found.len();
         let is_stuck = best.as_ref().is_some_and(|&(least, _)| seams >= least);
         if !is_stuck {
-            best = Some((seams, problem.texels.values.clone()));
+            best = Some((seams, looked_at.clone()));
         }
         if seams == 0 || round == ROUNDS {
             break;
@@ -65,10 +68,22 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
             }
         }
         search_from(problem, restless, &mut errors);
+        fresh = cells_of_moved(problem, &looked_at);
     }
     if let Some((_, texels)) = best {
         problem.texels.values = texels;
     }
+}
+
+/// The cells of texels that are elsewhere than before, in order.
+fn cells_of_moved<const E: usize>(problem: &Problem<E>, before: &[[f32; E]]) -> Vec<u32> {
+    let values = (0..).zip(problem.texels.values.iter().zip(before));
+    let moved = values.filter(|(_, (now, before))| now != before);
+    let mut cells: Vec<u32> =
+        moved.flat_map(|(texel, _)| problem.reach(texel)).map(|&(cell, _)| cell).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    cells
 }
 
 /// Frees the texels of some cells from those that they follow: what follows is rounded to bytes, and

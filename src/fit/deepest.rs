@@ -240,7 +240,7 @@ mod tests {
         for trial in 0..2000u32 {
             let count = 3 + trial as usize % 6;
             // Planes as they come: wedges overlap and leave gaps.
-            let pair = |i, j| Pair { i, j, normal: [0.0; 3], offset: 0.0, cost: 1 };
+            let pair = |i, j| Pair { i, j, normal: [0.0; 3], offset: 0.0, apart: 0.0, cost: 1 };
             let pairs: Vec<Pair<3>> = (0..count as u8)
                 .flat_map(|i| (i + 1..count as u8).map(move |j| pair(i, j)))
                 .collect();

@@ -8,9 +8,8 @@
 //! it at their middles. Rivals j and |∇p_ij| are held while texels move, so that the distance is linear
 //! in them, and are looked at anew every few sweeps.
 
-use super::Effort;
 use super::labels::own_region;
-use super::problem::{Cell, Contest, NOBODY, Pair, Problem, TAPS};
+use super::problem::{Cell, NOBODY, Pair, Problem, TAPS};
 use crate::grid;
 use crate::labels::Regions;
 use crate::model::{Model, RegionId};
@@ -18,10 +17,8 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
-/// Times that rivals and gradients are looked at, also where it should be quick, and sweeps over all
-/// texels after each.
-const LOOKS: usize = 4;
-const QUICK_LOOKS: usize = 2;
+/// Times that rivals and gradients are looked at, and sweeps over all texels after each.
+const LOOKS: usize = 2;
 const SWEEPS: usize = 2;
 /// The over-relaxation ω.
 const RELAXATION: f32 = 1.3;
@@ -72,7 +69,6 @@ pub(super) struct Known<'a, const D: usize> {
 pub(super) fn fit_distances<const D: usize, const E: usize>(
     problem: &mut Problem<E>,
     known: &Known<'_, D>,
-    effort: Effort,
 ) {
     let mut spots: BTreeMap<u8, Vec<Spot<D>>> = BTreeMap::new();
     for cell in &problem.cells {
@@ -86,8 +82,7 @@ pub(super) fn fit_distances<const D: usize, const E: usize>(
     let by_origin = (0..).zip(&problem.cells).map(|(i, cell)| (cell.origin, i)).collect();
     let looks = Looks { known, spots, by_origin };
     let colors = problem.colors.clone();
-    let looks_left = if effort == Effort::Quick { QUICK_LOOKS } else { LOOKS };
-    for _ in 0..looks_left {
+    for _ in 0..LOOKS {
         let found: Vec<(u32, Wish<E>)> = (0..problem.cells.len())
             .into_par_iter()
             .with_min_len(16)
@@ -177,11 +172,10 @@ impl<const D: usize> Looks<'_, D> {
                 }
                 let p = own * (pair.offset + dot(&pair.normal, &value));
                 // Far from any boundary: most pixels are.
-                let apart = apart(contest, pair);
-                if distance.is_nan() && p > FAR * apart / (1u32 << info.texel_log2) as f32 {
+                if distance.is_nan() && p > FAR * pair.apart / (1u32 << info.texel_log2) as f32 {
                     continue;
                 }
-                let (slopes, steepness) = steepness(problem, info, pair, spot, &taps);
+                let (slopes, steepness) = steepness(info, pair, spot, &taps);
                 let scale = own / steepness;
                 let decoded = p / steepness;
                 if weakest.as_ref().is_none_or(|weakest| decoded < weakest.0) {
@@ -240,7 +234,7 @@ impl<const D: usize> Looks<'_, D> {
             std::array::from_fn(|axis| (at[axis] - f64::from(first[axis])) as f32);
         let spot = spot(problem, info.texel_log2, within);
         let taps = problem.taps_at(cell as usize);
-        let (_, steepness) = steepness(problem, info, pair, &spot, &taps);
+        let (_, steepness) = steepness(info, pair, &spot, &taps);
         Some((cell, Wish::of(spot.weights, pair, 1.0 / steepness)))
     }
 
@@ -262,15 +256,8 @@ impl<const E: usize> Wish<E> {
     }
 }
 
-/// How far apart two nodes are, in units of p_ij.
-fn apart<const E: usize>(contest: &Contest<E>, pair: &Pair<E>) -> f32 {
-    let [i, j] = [pair.i, pair.j].map(|i| contest.positions[usize::from(i)].0);
-    (0..E).map(|e| pair.normal[e] * (i[e] - j[e])).sum::<f32>().abs()
-}
-
 /// ∇p_ij and its length, which is never next to nothing.
 fn steepness<const D: usize, const E: usize>(
-    problem: &Problem<E>,
     cell: &Cell,
     pair: &Pair<E>,
     spot: &Spot<D>,
@@ -279,8 +266,7 @@ fn steepness<const D: usize, const E: usize>(
     let slopes: [f32; D] = std::array::from_fn(|axis| {
         (0..E).map(|e| pair.normal[e] * blend(&spot.slopes[axis], taps, e)).sum()
     });
-    let apart = apart(&problem.contests[cell.list as usize], pair);
-    let least = LEVEL * apart / (1u32 << cell.texel_log2) as f32;
+    let least = LEVEL * pair.apart / (1u32 << cell.texel_log2) as f32;
     let steepness = slopes.iter().map(|slope| slope * slope).sum::<f32>().sqrt();
     (slopes, steepness.max(least).max(1e-3))
 }

@@ -15,6 +15,7 @@ mod init;
 mod labels;
 mod line;
 mod margin;
+mod part;
 mod problem;
 mod refine;
 mod rescue;
@@ -137,23 +138,12 @@ pub fn fit_distances<const D: usize, const E: usize>(
     label_cost: f64,
     distances: Distances<'_>,
 ) {
-    fit_distances_with(model, regions, label_cost, distances, Effort::Full);
-}
-
-/// [`fit_distances`] with less effort, if wanted.
-pub(crate) fn fit_distances_with<const D: usize, const E: usize>(
-    model: &mut Model<D, E>,
-    regions: &Regions<D>,
-    label_cost: f64,
-    distances: Distances<'_>,
-    effort: Effort,
-) {
     let (Distances::Known(of_pixels) | Distances::Guessed(of_pixels)) = distances;
     assert_eq!(of_pixels.len(), regions.labels.len(), "a distance for each pixel");
     let mut problem = Problem::of_fitted(model, regions, label_cost);
     let known = distance::Known::new(model, regions, of_pixels);
     let is_guess = matches!(distances, Distances::Guessed(_));
-    settle::settle(&mut problem, &known, model.size, is_guess, effort);
+    settle::settle(&mut problem, &known, model.size, is_guess);
     close::close(&mut problem);
     problem.texels.store(model);
 }

@@ -1,12 +1,11 @@
 //! What is fitted: the cells that are not solid, the texels that reach into them, and the pixels that
 //! should come out.
 
-use super::labels::{are_one, own_node};
+use super::part::Part;
 use super::weights::{Weights, weights};
-use crate::grid;
 use crate::kernel::Kernel;
 use crate::labels::Regions;
-use crate::model::{Block, Cells, ListId, Located, Model, NodeId};
+use crate::model::{Block, Cells, ListId, Model, NodeId};
 use crate::texels::Texels;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -21,6 +20,9 @@ pub(super) const TAPS: usize = 9;
 
 /// What a seam costs at first: two pixels of black for white.
 const SEAM_COST: i64 = 1 << 17;
+
+/// Blocks that are gathered before they are put together.
+const BLOCKS: usize = 256;
 
 /// A cell that is not solid.
 pub(super) struct Cell {
@@ -83,6 +85,8 @@ pub(super) struct Pair<const E: usize> {
     /// Positive on the side of `i`.
     pub normal: [f32; E],
     pub offset: f32,
+    /// How far apart the two are along the normal.
+    pub apart: f32,
     /// What it costs to take one for the other.
     pub cost: u32,
 }
@@ -216,176 +220,48 @@ impl<const E: usize> Problem<E> {
         texel_log2: u8,
         has_borders: bool,
     ) {
-        let of_level = |block: &Block<E>| matches!(block, Block::Cells(cells) if cells.texel_log2 == texel_log2);
-        if !model.blocks.iter().any(of_level) {
-            return;
-        }
-        self.weights.insert(texel_log2, weights::<D>(self.kernel, texel_log2));
-        for (i, block) in model.blocks.iter().enumerate() {
-            match block {
+        let mut blocks: Vec<(usize, &Cells<E>)> = Vec::new();
+        for (block, kind) in model.blocks.iter().enumerate() {
+            match kind {
                 Block::Cells(cells) if cells.texel_log2 == texel_log2 => {
-                    self.add_cells(model, regions, i, cells, has_borders);
+                    blocks.push((block, cells))
                 }
                 _ => {}
             }
         }
-    }
-
-    fn add_cells<const D: usize>(
-        &mut self,
-        model: &Model<D, E>,
-        regions: &Regions<D>,
-        block: usize,
-        cells: &Cells<E>,
-        has_borders: bool,
-    ) {
-        let cell_grid = model.cell_grid(cells.texel_log2);
-        let texel_grid = model.texel_grid(cells.texel_log2);
-        let at = grid::place(model.block_grid(), block);
-        let texel_size = 1u32 << cells.texel_log2;
-        for (cell, &list) in grid::places(cell_grid).zip(&cells.lists) {
-            let nodes = &self.contests[list as usize].nodes;
-            if nodes.is_empty() {
-                continue;
-            }
-            let pixels = self.labels.len();
-            let mut present = 0;
-            let mut last = (u32::MAX, NOBODY);
-            for place in grid::places([texel_size; D]) {
-                let pixel: [u32; D] = std::array::from_fn(|axis| {
-                    (at[axis] << model.block_log2) + (cell[axis] << cells.texel_log2) + place[axis]
-                });
-                if (0..D).any(|axis| pixel[axis] >= model.size[axis]) {
-                    self.labels.push(NOBODY);
-                    continue;
-                }
-                let region = regions.labels[grid::index(model.size, pixel)];
-                if region != last.0 {
-                    let own = own_node(model, nodes, region);
-                    let label = own.map_or(NOBODY, |i| i as u8);
-                    last = (region, label);
-                    if label != NOBODY {
-                        present |= 1 << label;
-                    }
-                }
-                self.labels.push(last.1);
-            }
-            if present == 0 {
-                self.labels.truncate(pixels);
-                continue;
-            }
-            let taps = grid::places([self.kernel.taps() as u32; D]).map(|tap| {
-                let texel = std::array::from_fn(|axis| cell[axis] + tap[axis]);
-                self.texels.places[block][grid::index(texel_grid, texel)]
-            });
-            self.taps.extend(taps);
-            let from = self.borders.len() as u32;
-            let origin = std::array::from_fn(|axis| {
-                (at[axis] << model.block_log2) + (cell[axis] << cells.texel_log2)
-            });
-            if has_borders {
-                self.add_borders(model, list, origin, cells.texel_log2, pixels);
-            }
-            let borders = from..self.borders.len() as u32;
-            let (texel_log2, origin) = (cells.texel_log2, grid::index(model.size, origin));
-            self.cells.push(Cell { list, texel_log2, origin, pixels, present, borders });
+        if blocks.is_empty() {
+            return;
+        }
+        self.weights.insert(texel_log2, weights::<D>(self.kernel, texel_log2));
+        for blocks in blocks.chunks(BLOCKS) {
+            let gather = |&(block, cells): &(usize, &Cells<E>)| {
+                Part::new(self, model, regions, (block, cells), has_borders)
+            };
+            let parts: Vec<Part> = blocks.par_iter().map(gather).collect();
+            parts.into_iter().for_each(|part| self.add(part));
         }
     }
 
-    /// Adds the borders of a cell whose pixels start at `origin`.
-    fn add_borders<const D: usize>(
-        &mut self,
-        model: &Model<D, E>,
-        list: ListId,
-        origin: [u32; D],
-        texel_log2: u8,
-        pixels: usize,
-    ) {
-        let texel_size = 1u32 << texel_log2;
-        let nodes = &self.contests[list as usize].nodes;
-        let all = ((1u32 << nodes.len()) - 1) as u16;
-        let cell = self.cells.len() as u32;
-        let half = |allowed: u16, sample: usize| Sample { cell, sample: sample as u32, allowed };
-        for axis in 0..D {
-            for side in 0..2u8 {
-                let weights = &self.weights[&texel_log2].borders[axis][side as usize];
-                let samples = self.allowed.len();
-                let mut differs = false;
-                let mut last = (ListId::MAX, NodeId::MAX, 0u16);
-                for &pixel in &weights.pixels {
-                    let within = grid::place([texel_size; D], pixel as usize);
-                    let mut other: [i64; D] =
-                        std::array::from_fn(|a| i64::from(origin[a] + within[a]));
-                    other[axis] += if side == 0 { -1 } else { 1 };
-                    let label = self.labels[pixels + pixel as usize];
-                    let inside = label != NOBODY;
-                    let beyond = model.locate(&grid::Point { whole: other, frac: [0.0; D] });
-                    let (is_cell, is_other_size) = match &beyond {
-                        Located::Cell(there) => (true, there.cells.texel_log2 != texel_log2),
-                        _ => (false, false),
-                    };
-                    // The lower of the two pixels, where the two sides may disagree about a node
-                    // that both know: interpolated differently, or, with planes, beside others.
-                    let may_differ = is_other_size || is_cell && !model.planes.is_empty();
-                    let joint = (inside && may_differ).then(|| {
-                        let lower = std::array::from_fn(|a| {
-                            origin[a] + within[a] - u32::from(a == axis && side == 0)
-                        });
-                        (axis as u8, grid::index(model.size, lower))
-                    });
-                    // Beyond the other side: its list, or its node.
-                    let (other_list, node) = match beyond {
-                        Located::Cell(there) => (
-                            there.cells.lists
-                                [grid::index(model.cell_grid(there.cells.texel_log2), there.cell)],
-                            NodeId::MAX,
-                        ),
-                        Located::Solid(node) => (ListId::MAX, node),
-                        Located::Outside => (list, NodeId::MAX),
-                    };
-                    if !inside || other_list == list {
-                        if let Some(place) = joint.filter(|_| is_other_size) {
-                            self.halves.push((place, half(0, self.allowed.len())));
-                            differs = true;
-                        }
-                        self.allowed.push(0);
-                        self.wanted.push(0);
-                        continue;
-                    }
-                    if (other_list, node) != (last.0, last.1) || last.2 == 0 {
-                        let theirs: &[NodeId] =
-                            if node == NodeId::MAX { model.lists.get(other_list) } else { &[node] };
-                        let mut mask = 0;
-                        // Where the other side is of one region, any node of that will do.
-                        let is_theirs = |node: NodeId| match theirs {
-                            [alone] => are_one(model, *alone, node),
-                            _ => theirs.binary_search(&node).is_ok(),
-                        };
-                        for (i, &node) in nodes.iter().enumerate() {
-                            mask |= u16::from(is_theirs(node)) << i;
-                        }
-                        last = (other_list, node, mask);
-                    }
-                    let mask = if last.2 == all { 0 } else { last.2 };
-                    if let Some(place) = joint {
-                        self.halves.push((place, half(mask, self.allowed.len())));
-                        differs = true;
-                    }
-                    differs |= mask != 0;
-                    self.allowed.push(mask);
-                    let there = if mask.is_power_of_two() { mask } else { mask & (1 << label) };
-                    self.wanted.push(there);
-                }
-                if differs {
-                    let count = self.allowed.len() - samples;
-                    let axis = axis as u8;
-                    self.borders.push(Border { axis, side, samples, count, extras: Vec::new() });
-                } else {
-                    self.allowed.truncate(samples);
-                    self.wanted.truncate(samples);
-                }
-            }
-        }
+    /// Adds what one block asks.
+    fn add(&mut self, part: Part) {
+        let (cell, pixel, border, sample) =
+            (self.cells.len(), self.labels.len(), self.borders.len(), self.allowed.len());
+        self.cells.extend(part.cells.into_iter().map(|own| Cell {
+            pixels: pixel + own.pixels,
+            borders: border as u32 + own.borders.start..border as u32 + own.borders.end,
+            ..own
+        }));
+        self.borders.extend(
+            part.borders.into_iter().map(|own| Border { samples: sample + own.samples, ..own }),
+        );
+        self.halves.extend(part.halves.into_iter().map(|(place, own)| {
+            let (cell, sample) = (cell as u32 + own.cell, sample as u32 + own.sample);
+            (place, Sample { cell, sample, ..own })
+        }));
+        self.taps.extend(part.taps);
+        self.labels.extend(part.labels);
+        self.allowed.extend(part.allowed);
+        self.wanted.extend(part.wanted);
     }
 
     /// Puts together the two sides of each joint.
@@ -516,7 +392,12 @@ impl<const E: usize> Problem<E> {
     }
 
     pub fn weights(&self, cell: &Cell) -> &Weights {
-        &self.weights[&cell.texel_log2]
+        self.weights_of(cell.texel_log2)
+    }
+
+    /// The same by log₂ of the texel size.
+    pub fn weights_of(&self, texel_log2: u8) -> &Weights {
+        &self.weights[&texel_log2]
     }
 
     /// The labels of a cell's pixels.
@@ -552,8 +433,10 @@ fn contest<const D: usize, const E: usize>(
             is_voronoi &= model.edge_plane(a, b).is_none();
             let Some(plane) = model.plane(a, b) else { continue };
             let (i, j) = (i as u8, j as u8);
-            let normal = plane.normal.map(|x| x as f32);
-            pairs.push(Pair { i, j, normal, offset: plane.offset as f32, cost: cost(a, b) });
+            let (normal, offset) = (plane.normal.map(|x| x as f32), plane.offset as f32);
+            let (at, other) = (position(a), position(b));
+            let apart = (0..E).map(|e| normal[e] * (at[e] - other[e])).sum::<f32>().abs();
+            pairs.push(Pair { i, j, normal, offset, apart, cost: cost(a, b) });
         }
     }
     let costs = nodes.iter().flat_map(|&a| nodes.iter().map(move |&b| cost(a, b))).collect();

@@ -12,6 +12,7 @@ use crate::texels::{Texels, UNUSED};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// By how much a rescued region wins its pixel, in value units: more than rounding a texel costs.
 const MARGIN: f64 = 2.0;
@@ -97,11 +98,8 @@ impl<'a, const D: usize, const E: usize> Rescuer<'a, D, E> {
         let cuts: Vec<OnceLock<Cut<E>>> = (0..model.lists.len()).map(|_| OnceLock::new()).collect();
         let picture = &*model;
         let decoded = decode_all(picture, &cuts);
-        let mut seen = vec![0; model.regions.len()];
-        runs(&decoded).for_each(|run| seen[run[0] as usize] += run.len() as u32);
-        let mut pixels = vec![0; model.regions.len()];
-        let count = |run: &[u32]| pixels[own_region(model, run[0]) as usize] += run.len() as u32;
-        runs(&regions.labels).for_each(count);
+        let seen = count(model, &decoded);
+        let pixels = count(model, &regions.labels);
         let texels = Texels::of_fitted(model);
         let (copy_starts, copies) = copies(&texels);
         Rescuer {
@@ -455,6 +453,15 @@ fn copies<const E: usize>(texels: &Texels<E>) -> (Vec<u32>, Vec<(u32, u32)>) {
         *slot += 1;
     }
     (starts, copies)
+}
+
+/// How many of the pixels are of each region.
+fn count<const D: usize, const E: usize>(model: &Model<D, E>, of_pixels: &[u32]) -> Vec<u32> {
+    let counts: Vec<AtomicU32> = model.regions.iter().map(|_| AtomicU32::new(0)).collect();
+    of_pixels.par_chunks(CHUNK).flat_map_iter(runs).for_each(|run| {
+        counts[own_region(model, run[0]) as usize].fetch_add(run.len() as u32, Relaxed);
+    });
+    counts.into_iter().map(AtomicU32::into_inner).collect()
 }
 
 /// Pixels of one region, or label, that come one after the other.

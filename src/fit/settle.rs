@@ -1,6 +1,5 @@
 //! What was fitted to distances gives way where pixels come out wrong by it, or seams open.
 
-use super::Effort;
 use super::distance::{Known, fit_distances};
 use super::line::count_errors;
 use super::problem::{NOBODY, Problem};
@@ -31,14 +30,13 @@ pub(super) fn settle<const D: usize, const E: usize>(
     known: &Known<'_, D>,
     size: [u32; D],
     is_guess: bool,
-    effort: Effort,
 ) {
     let trust = if is_guess { GUESSED } else { KNOWN };
     forget(problem, known, size, trust.loose);
     for _ in 0..trust.rounds {
         let before = problem.texels.values.clone();
         let errors = all_errors(problem);
-        fit_distances(problem, known, effort);
+        fit_distances(problem, known);
         round(problem);
         retreat(problem, &before, &errors);
     }
