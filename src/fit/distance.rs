@@ -17,8 +17,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
-/// Times that rivals and gradients are looked at, and sweeps over all texels after each.
-const LOOKS: usize = 2;
+/// Sweeps over all texels after each look at rivals and gradients.
 const SWEEPS: usize = 2;
 /// The over-relaxation ω.
 const RELAXATION: f32 = 1.3;
@@ -65,10 +64,11 @@ pub(super) struct Known<'a, const D: usize> {
     distances: &'a [f32],
 }
 
-/// Moves texels to where decoded distances are those known.
+/// Moves texels to where decoded distances are those known; rivals and gradients are looked at so many times.
 pub(super) fn fit_distances<const D: usize, const E: usize>(
     problem: &mut Problem<E>,
     known: &Known<'_, D>,
+    looks: usize,
 ) {
     let mut spots: BTreeMap<u8, Vec<Spot<D>>> = BTreeMap::new();
     for cell in &problem.cells {
@@ -80,13 +80,13 @@ pub(super) fn fit_distances<const D: usize, const E: usize>(
         spots.entry(cell.texel_log2).or_insert_with(of_size);
     }
     let by_origin = (0..).zip(&problem.cells).map(|(i, cell)| (cell.origin, i)).collect();
-    let looks = Looks { known, spots, by_origin };
+    let picture = Looks { known, spots, by_origin };
     let colors = problem.colors.clone();
-    for _ in 0..LOOKS {
+    for _ in 0..looks {
         let found: Vec<(u32, Wish<E>)> = (0..problem.cells.len())
             .into_par_iter()
             .with_min_len(16)
-            .flat_map_iter(|cell| looks.wishes(problem, cell))
+            .flat_map_iter(|cell| picture.wishes(problem, cell))
             .collect();
         let mut wishes: Vec<Vec<Wish<E>>> = problem.cells.iter().map(|_| Vec::new()).collect();
         found.into_iter().for_each(|(cell, wish)| wishes[cell as usize].push(wish));

@@ -12,13 +12,15 @@ struct Trust {
     /// The labels of pixels nearer to their boundary than this, in pixels, do not count: they may come
     /// out on either side.
     loose: f32,
-    /// Times that distances are fitted, each from where the last came to rest.
+    /// Times that distances are fitted, each from where the last came to rest …
     rounds: usize,
+    /// … and that rivals and gradients are looked at in each.
+    looks: usize,
 }
 
 /// A source's distances are nearly exact.
-const KNOWN: Trust = Trust { loose: 0.3, rounds: 5 };
-const GUESSED: Trust = Trust { loose: 0.0, rounds: 1 };
+const KNOWN: Trust = Trust { loose: 0.3, rounds: 5, looks: 4 };
+const GUESSED: Trust = Trust { loose: 0.0, rounds: 1, looks: 2 };
 
 /// A texel that must give way keeps half of its move, and none when less than this of it is left.
 const LEAST: f32 = 0.3;
@@ -36,7 +38,7 @@ pub(super) fn settle<const D: usize, const E: usize>(
     for _ in 0..trust.rounds {
         let before = problem.texels.values.clone();
         let errors = all_errors(problem);
-        fit_distances(problem, known);
+        fit_distances(problem, known, trust.looks);
         round(problem);
         retreat(problem, &before, &errors);
     }

@@ -50,6 +50,11 @@ const FAULTS = {
     response.write(bytes.subarray(0, bytes.length / 2), () => setTimeout(() => response.destroy(), 50));
   },
   refused: (response) => response.destroy(),
+  silent: () => {},
+  stalled: (response, bytes) => {
+    response.writeHead(200, { 'content-length': bytes.length });
+    response.write(bytes.subarray(0, bytes.length / 2));
+  },
   truncated: (response, bytes) => response.end(bytes.subarray(0, bytes.length / 2)),
   'wrong-magic': (response, bytes) => response.end(Buffer.concat([Buffer.from('GIF89a'), bytes.subarray(6)])),
   empty: (response) => response.end(),
@@ -95,10 +100,12 @@ const failures = [
   ['unavailable', 'http', /503/],
   ['out-of-order', 'http', /500/],
   ['late', 'http', /504/],
-  ['closed', 'network', /could not be reached/],
+  ['closed', 'network', /could not be reached .*Access-Control-Allow-Origin/],
   ['page', 'malformed', /./],
   ['broken', 'network', /broke after .* of /],
   ['refused', 'network', /could not be reached/],
+  ['silent', 'network', /sent nothing for 30 seconds/],
+  ['stalled', 'network', /sent nothing for 30 seconds/],
   ['truncated', 'malformed', /./],
   ['wrong-magic', 'malformed', /./],
   ['empty', 'malformed', /./],
@@ -111,6 +118,9 @@ for (const [name, kind, text] of failures) {
     failing ??= await openWithout();
     const { page, uncaught } = failing;
     await page.evaluate((src) => {
+      // Nobody waits half a minute.
+      const wait = window.setTimeout;
+      window.setTimeout = (step, ms) => wait(step, ms === 30_000 ? 1500 : ms);
       window.seen = [];
       document.querySelector('istar-viewer').src = src;
     }, `${files.base}${name}-once`);

@@ -25,6 +25,8 @@ export interface Source {
 /** Tries in all, and how long to wait before the second, in ms; four times as long before each further one. */
 const TRIES = 3;
 const FIRST_WAIT = 200;
+/** A server that sends nothing for so long is taken for gone, in ms. */
+const SILENCE = 30_000;
 /** What a server may send that knows no ranges. */
 const MOST_WHOLE = 256 * 1024 * 1024;
 
@@ -67,25 +69,44 @@ export class FetchSource implements Source {
     offset: number,
     length: number,
     isByRange: boolean,
-    signal: AbortSignal | undefined,
+    wanted: AbortSignal | undefined,
+    etag: string | undefined,
+  ): Promise<RangeResponse> {
+    const watch = new Watch(wanted);
+    try {
+      return await this.#heard(offset, length, isByRange, watch, etag);
+    } catch (cause) {
+      if (!watch.isSilent || wanted?.aborted) throw cause;
+      const text = `The server has sent nothing for ${SILENCE / 1000} seconds: ${this.#url}`;
+      throw new ViewerError('network', text, cause);
+    } finally {
+      watch.end();
+    }
+  }
+
+  async #heard(
+    offset: number,
+    length: number,
+    isByRange: boolean,
+    watch: Watch,
     etag: string | undefined,
   ): Promise<RangeResponse> {
     const whole = this.#whole;
     if (whole) return { ...whole, data: whole.data.slice(offset, offset + length) };
     const range = `bytes=${offset}-${offset + length - 1}`;
-    let response = await request(this.#url, isByRange ? { headers: { range } } : {}, signal);
+    let response = await request(this.#url, isByRange ? { headers: { range } } : {}, watch);
     // An empty file has no first byte to send, and a shorter one than it was not these.
     if (response.status === 416) return { data: new ArrayBuffer(0) };
     // A range of packed bytes cannot be unpacked.
     if (response.status === 206 && response.headers.has('content-encoding')) {
       response.body?.cancel().catch(() => {});
-      response = await request(this.#url, {}, signal);
+      response = await request(this.#url, {}, watch);
     }
     const tag = strong(response.headers.get('etag'));
     if (etag && tag && tag !== etag) throw changed();
     if (response.status === 206)
-      return { data: await this.#body(response, undefined, length, signal), etag: tag };
-    const data = await this.#body(response, announced(response), MOST_WHOLE, signal);
+      return { data: await this.#body(response, undefined, length, watch), etag: tag };
+    const data = await this.#body(response, announced(response), MOST_WHOLE, watch);
     this.#whole = { data, etag: tag };
     return { data: data.slice(offset, offset + length), etag: tag };
   }
@@ -94,7 +115,7 @@ export class FetchSource implements Source {
     response: Response,
     total: number | undefined,
     most: number,
-    signal: AbortSignal | undefined,
+    watch: Watch,
   ): Promise<ArrayBuffer> {
     const chunks: Uint8Array[] = [];
     let loaded = 0;
@@ -107,6 +128,7 @@ export class FetchSource implements Source {
       }
       const reader = response.body?.getReader();
       for (let step = await reader?.read(); step && !step.done; step = await reader?.read()) {
+        watch.hear();
         chunks.push(step.value);
         loaded += step.value.length;
         this.#loaded += step.value.length;
@@ -121,7 +143,7 @@ export class FetchSource implements Source {
         });
       }
     } catch (cause) {
-      if (signal?.aborted) throw aborted(cause);
+      if (watch.signal.aborted) throw aborted(cause);
       if (cause instanceof ViewerError) throw cause;
       const got = total === undefined ? sizeText(loaded) : `${sizeText(loaded)} of ${sizeText(total)}`;
       throw new ViewerError('network', `The connection broke after ${got}.`, cause, true);
@@ -176,18 +198,56 @@ function aborted(cause: unknown): ViewerError {
   return new ViewerError('aborted', 'Loading was stopped.', cause);
 }
 
-async function request(url: string, init: RequestInit, signal: AbortSignal | undefined): Promise<Response> {
+async function request(url: string, init: RequestInit, watch: Watch): Promise<Response> {
   let response: Response;
   try {
-    response = await fetch(url, { ...init, ...(signal && { signal }) });
+    response = await fetch(url, { ...init, signal: watch.signal });
+    watch.hear();
   } catch (cause) {
-    if (signal?.aborted) throw aborted(cause);
-    throw new ViewerError('network', `The server could not be reached for ${url}.`, cause, true);
+    if (watch.signal.aborted) throw aborted(cause);
+    // Browsers do not tell one from the other.
+    const isOther = new URL(url, location.href).origin !== location.origin;
+    const why = isOther ? ' It may not allow other sites to read it (Access-Control-Allow-Origin).' : '';
+    throw new ViewerError('network', `The server could not be reached for ${url}.${why}`, cause, true);
   }
   const { ok, status } = response;
   if (ok || status === 416) return response;
   const reason = status === 404 ? 'The server has no such file' : 'The server answered with an error';
   throw new ViewerError('http', `${reason} (${status}): ${url}`, undefined, status >= 500 || status === 429);
+}
+
+/** Ends a request that is no longer wanted, or whose server falls silent. */
+class Watch {
+  isSilent = false;
+  readonly #controller = new AbortController();
+  readonly #wanted: AbortSignal | undefined;
+  #timer: ReturnType<typeof setTimeout> | undefined;
+  readonly #stop = () => this.#controller.abort(this.#wanted?.reason);
+
+  constructor(wanted: AbortSignal | undefined) {
+    this.#wanted = wanted;
+    wanted?.addEventListener('abort', this.#stop);
+    if (wanted?.aborted) this.#stop();
+    this.hear();
+  }
+
+  get signal(): AbortSignal {
+    return this.#controller.signal;
+  }
+
+  /** Something came. */
+  hear(): void {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => {
+      this.isSilent = true;
+      this.#controller.abort();
+    }, SILENCE);
+  }
+
+  end(): void {
+    clearTimeout(this.#timer);
+    this.#wanted?.removeEventListener('abort', this.#stop);
+  }
 }
 
 /** A weak tag is the same for other bytes that mean the same. */
