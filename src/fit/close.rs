@@ -12,6 +12,8 @@ use std::collections::BTreeMap;
 const COST: i64 = 1 << 40;
 /// Looks, at most. Where texel sizes meet, each may change who should win.
 const ROUNDS: usize = 24;
+/// Looks without fewer seams after which it is left at the fewest.
+const PATIENCE: usize = 6;
 /// By how much a pushed sample's winner wins, in value units: more than rounding its texels costs.
 const MARGIN: f32 = 1.5;
 /// Projections of a pushed sample's value onto a wedge.
@@ -29,9 +31,10 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
     joined.sort_unstable();
     joined.dedup();
     let mut best: Option<(usize, Vec<[f32; E]>)> = None;
+    let mut last = PATIENCE;
     // Cells that have not been looked at as their texels are now.
     let mut fresh: Vec<u32> = (0..problem.cells.len() as u32).collect();
-    for round in 0..=ROUNDS {
+    for round in 0.. {
         agree(problem, round % 2);
         recount(problem, &joined, &mut errors);
         let looked_at = problem.texels.values.clone();
@@ -42,8 +45,9 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
         let is_stuck = best.as_ref().is_some_and(|&(least, _)| seams >= least);
         if !is_stuck {
             best = Some((seams, looked_at.clone()));
+            last = ROUNDS.min(round + PATIENCE);
         }
-        if seams == 0 || round == ROUNDS {
+        if seams == 0 || round == last {
             break;
         }
         open.extend(found.iter().map(|found| found.cell));
