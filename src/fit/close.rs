@@ -32,7 +32,8 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
     joined.dedup();
     let mut best: Option<(usize, Vec<[f32; E]>)> = None;
     let mut last = PATIENCE;
-    // Cells that have not been looked at as their texels are now.
+    // Cells that have not been looked at as their texels are now, or were found open: samples are of fewer digits
+    // than what finds them.
     let mut fresh: Vec<u32> = (0..problem.cells.len() as u32).collect();
     for round in 0.. {
         agree(problem, round % 2);
@@ -53,6 +54,7 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
         open.extend(found.iter().map(|found| found.cell));
         open.sort_unstable();
         open.dedup();
+        fresh = found.iter().map(|found| found.cell).collect();
         for Found { border, extra, .. } in found {
             problem.borders[border as usize].extras.push(extra);
         }
@@ -72,22 +74,23 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
             }
         }
         search_from(problem, restless, &mut errors);
-        fresh = cells_of_moved(problem, &looked_at);
+        fresh.extend(cells_of_moved(problem, &looked_at));
+        fresh.sort_unstable();
+        fresh.dedup();
     }
     if let Some((_, texels)) = best {
         problem.texels.values = texels;
     }
 }
 
-/// The cells of texels that are elsewhere than before, in order.
-fn cells_of_moved<const E: usize>(problem: &Problem<E>, before: &[[f32; E]]) -> Vec<u32> {
+/// The cells of texels that are elsewhere than before; some of them several times.
+fn cells_of_moved<const E: usize>(
+    problem: &Problem<E>,
+    before: &[[f32; E]],
+) -> impl Iterator<Item = u32> {
     let values = (0..).zip(problem.texels.values.iter().zip(before));
     let moved = values.filter(|(_, (now, before))| now != before);
-    let mut cells: Vec<u32> =
-        moved.flat_map(|(texel, _)| problem.reach(texel)).map(|&(cell, _)| cell).collect();
-    cells.sort_unstable();
-    cells.dedup();
-    cells
+    moved.flat_map(|(texel, _)| problem.reach(texel)).map(|&(cell, _)| cell)
 }
 
 /// Frees the texels of some cells from those that they follow: what follows is rounded to bytes, and

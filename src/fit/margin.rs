@@ -133,9 +133,9 @@ struct Field<'a, const T: usize> {
 }
 
 impl<const T: usize> Field<'_, T> {
-    /// What the taps add up to across a row: samples of it are means of these, by their weights along it.
+    /// Pulls one row of samples to their sides: 1 up, −1 down, 0 not at all.
     #[inline(always)]
-    fn line(&self, across: &[f32]) -> [f32; 3] {
+    fn pull_row(&mut self, across: &[f32], sides: &[f32; T], pull: Pull) {
         let n = self.along_taps;
         let mut line = [0.0f32; 3];
         for (i, &w) in across.iter().enumerate() {
@@ -143,13 +143,6 @@ impl<const T: usize> Field<'_, T> {
                 line[k] += w * self.at[i * n + k];
             }
         }
-        line
-    }
-
-    /// Pulls one row of samples to their sides: 1 up, −1 down, 0 not at all.
-    #[inline(always)]
-    fn pull_row(&mut self, across: &[f32], line: [f32; 3], sides: &[f32; T], pull: Pull) {
-        let n = self.along_taps;
         // Lane by lane, as vectors are summed: in one order on every machine.
         let mut most = [-1000.0f32; LANES];
         let mut sums = [[0.0f32; LANES]; 3];
@@ -204,21 +197,11 @@ fn pull_cell<const T: usize, const E: usize>(
         if info.present & (1 << pair.i | 1 << pair.j) != 0 {
             let step = (labels.len() / pull.rows).max(1);
             for (row, across) in labels.iter().zip(&weights.across).skip(step / 2).step_by(step) {
-                let line = field.line(across);
-                let [low, high] = [least, greatest]
-                    .map(|most| line[1..along_taps].iter().fold(line[0], |a, &b| most(a, b)));
-                // Most rows are well on one side, and so are all of their samples.
-                let excess = greatest(low, -high) - pull.margin;
-                let against = if low > 0.0 { pair.j } else { pair.i };
-                if excess > 0.0 && !row.iter().fold(false, |any, &label| any | (label == against)) {
-                    field.slack = field.slack.min(excess);
-                    continue;
-                }
                 let mut sides = [0.0f32; T];
                 for x in 0..T {
                     sides[x] = side(row[x] == pair.i, row[x] == pair.j);
                 }
-                field.pull_row(across, line, &sides, pull);
+                field.pull_row(across, &sides, pull);
             }
         }
         let cost = pair.cost as f32 / 65536.0;
@@ -234,15 +217,10 @@ fn pull_cell<const T: usize, const E: usize>(
     slack
 }
 
-// One instruction each, unlike `f32::max` and `f32::min`, which look for what is no number.
+/// One instruction, unlike `f32::max`, which looks for what is no number.
 #[inline(always)]
 fn greatest(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn least(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
 }
 
 #[inline]
@@ -285,7 +263,7 @@ fn pull_borders<const T: usize, const E: usize>(
                 let down = wanted[x] & j != 0 && allowed[x] & i == 0;
                 sides[x] = side(up, down);
             }
-            own.pull_row(across, own.line(across), &sides, pull);
+            own.pull_row(across, &sides, pull);
         }
         let up = if swaps { swapped(&own.up, field.along_taps) } else { own.up };
         for (sum, up) in field.up.iter_mut().zip(up) {

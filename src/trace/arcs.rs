@@ -77,6 +77,43 @@ pub(super) fn chains(pieces: &[Piece]) -> Vec<Chain> {
     chains
 }
 
+/// Closes slivers: where two short boundaries of one region lead from one vertex to the same other, what lies between them
+/// is what rounding to the smallest squares has left of the place where its neighbours meet. One boundary stays, of these
+/// two. Whether there were any.
+pub(super) fn close_slivers(pieces: &mut Vec<Piece>, chains: &[Chain], size: f64) -> bool {
+    let is_short = |chain: &&Chain| {
+        let mut places = chain.pieces.iter().flat_map(|&(piece, _)| pieces[piece as usize].curve);
+        let Some(first) = places.next() else { return false };
+        chain.ends[0] != chain.ends[1]
+            && places.all(|at| (0..2).all(|axis| (at[axis] - first[axis]).abs() < size))
+    };
+    let mut short: Vec<&Chain> = chains.iter().filter(is_short).collect();
+    let sorted =
+        |chain: &Chain| [chain.ends[0].min(chain.ends[1]), chain.ends[0].max(chain.ends[1])];
+    short.sort_by_key(|chain| sorted(chain));
+    let mut is_gone = vec![false; pieces.len()];
+    for pair in short.chunk_by(|a, b| sorted(a) == sorted(b)) {
+        let [one, other] = pair else { continue };
+        // As seen from the one.
+        let [left, right] = other.sides;
+        let beside = if one.ends == other.ends { [left, right] } else { [right, left] };
+        let sides = match one.sides {
+            [left, between] if between == beside[0] => [left, beside[1]],
+            [between, right] if between == beside[1] => [beside[0], right],
+            _ => continue,
+        };
+        other.pieces.iter().for_each(|&(piece, _)| is_gone[piece as usize] = true);
+        for &(piece, is_back) in &one.pieces {
+            is_gone[piece as usize] = sides[0] == sides[1];
+            pieces[piece as usize].sides = if is_back { [sides[1], sides[0]] } else { sides };
+        }
+    }
+    let before = pieces.len();
+    let mut is_gone = is_gone.into_iter();
+    pieces.retain(|_| is_gone.next() == Some(false));
+    pieces.len() < before
+}
+
 /// Goes on from a piece to where more than two meet, or to where it began.
 fn walk(
     ends_of: &[[u32; 2]],

@@ -95,8 +95,11 @@ pub fn trace(model: &Image, window: &Window, tolerance: f64, limits: &Limits) ->
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(Error::Usage("a tolerance is a number above 0".into()));
     }
-    let pieces = cells::pieces(model, window, tolerance, limits.memory)?;
-    let chains = arcs::chains(&pieces);
+    let mut pieces = cells::pieces(model, window, tolerance, limits.memory)?;
+    let mut chains = arcs::chains(&pieces);
+    if arcs::close_slivers(&mut pieces, &chains, tolerance) {
+        chains = arcs::chains(&pieces);
+    }
     let arc = |chain: &arcs::Chain| {
         let of_chain = chain.pieces.iter().map(|&(piece, is_back)| {
             let [a, b, c, d] = pieces[piece as usize].curve;
