@@ -2,7 +2,7 @@
 
 use super::between::{self, Found};
 use super::line::{Spot, count_errors};
-use super::problem::{Border, Pair, Problem, Sample, TAPS};
+use super::problem::{Border, Extra, Pair, Problem, Sample, TAPS};
 use super::search::{all_errors, search_from};
 use crate::model::NodeId;
 use rayon::prelude::*;
@@ -55,14 +55,19 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
         open.sort_unstable();
         open.dedup();
         fresh = found.iter().map(|found| found.cell).collect();
-        for Found { border, extra, .. } in found {
-            problem.borders[border as usize].extras.push(extra);
-        }
         if is_stuck {
             release(problem, &open);
             for &cell in &open {
                 push_open(problem, cell as usize);
             }
+            for Found { cell, border, extra } in &found {
+                push_found(problem, *cell as usize, *border, extra);
+            }
+        }
+        for Found { border, extra, .. } in found {
+            problem.borders[border as usize].extras.push(extra);
+        }
+        if is_stuck {
             errors = all_errors(problem);
         } else {
             recount(problem, &open, &mut errors);
@@ -134,6 +139,17 @@ fn push_open<const E: usize>(problem: &mut Problem<E>, cell: usize) {
             }
         }
     }
+}
+
+/// Pushes the texels of a cell so that at a place that was found open one wins that is allowed to: the one that wins
+/// there by the digits of samples, if it is that.
+fn push_found<const E: usize>(problem: &mut Problem<E>, cell: usize, border: u32, extra: &Extra) {
+    let spot = Spot::of_extra(&problem.borders[border as usize], extra);
+    let (winner, allowed) = (spot.winner(problem, cell), extra.allowed[0]);
+    let wanted =
+        if allowed >> winner & 1 == 1 { winner as u8 } else { allowed.trailing_zeros() as u8 };
+    let weights = spot.weights(problem, cell);
+    push(problem, cell, weights, wanted);
 }
 
 /// Pushes texels, each by its weight, so that `wanted` wins where a cell's taps have these weights.
