@@ -2,7 +2,7 @@
 
 use super::between::{self, Found};
 use super::line::{Spot, count_errors};
-use super::problem::{Border, Extra, Pair, Problem, Sample, TAPS};
+use super::problem::{Border, Pair, Problem, Sample, TAPS};
 use super::search::{all_errors, search_from};
 use crate::model::NodeId;
 use rayon::prelude::*;
@@ -55,19 +55,21 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
         open.sort_unstable();
         open.dedup();
         fresh = found.iter().map(|found| found.cell).collect();
+        let mut unseen = Vec::new();
+        for Found { cell, border, extra } in found {
+            let of_border = &mut problem.borders[border as usize].extras;
+            of_border.push(extra);
+            unseen.push((cell as usize, border as usize, of_border.len() - 1));
+        }
         if is_stuck {
+            unseen.retain(|&place| !is_seen(problem, place));
             release(problem, &open);
             for &cell in &open {
                 push_open(problem, cell as usize);
             }
-            for Found { cell, border, extra } in &found {
-                push_found(problem, *cell as usize, *border, extra);
+            for place in unseen {
+                push_unseen(problem, place);
             }
-        }
-        for Found { border, extra, .. } in found {
-            problem.borders[border as usize].extras.push(extra);
-        }
-        if is_stuck {
             errors = all_errors(problem);
         } else {
             recount(problem, &open, &mut errors);
@@ -141,15 +143,25 @@ fn push_open<const E: usize>(problem: &mut Problem<E>, cell: usize) {
     }
 }
 
-/// Pushes the texels of a cell so that at a place that was found open one wins that is allowed to: the one that wins
-/// there by the digits of samples, if it is that.
-fn push_found<const E: usize>(problem: &mut Problem<E>, cell: usize, border: u32, extra: &Extra) {
-    let spot = Spot::of_extra(&problem.borders[border as usize], extra);
-    let (winner, allowed) = (spot.winner(problem, cell), extra.allowed[0]);
-    let wanted =
-        if allowed >> winner & 1 == 1 { winner as u8 } else { allowed.trailing_zeros() as u8 };
-    let weights = spot.weights(problem, cell);
-    push(problem, cell, weights, wanted);
+/// Whether a place that was found open, which is a cell's border's extra sample, is open by the digits of samples, too.
+fn is_seen<const E: usize>(
+    problem: &Problem<E>,
+    (cell, border, extra): (usize, usize, usize),
+) -> bool {
+    let border = &problem.borders[border];
+    let extra = &border.extras[extra];
+    extra.allowed[0] >> Spot::of_extra(border, extra).winner(problem, cell) & 1 == 0
+}
+
+/// Pushes the texels of a cell so that who wins at a place by the digits of samples does so by more than digits.
+fn push_unseen<const E: usize>(
+    problem: &mut Problem<E>,
+    (cell, border, extra): (usize, usize, usize),
+) {
+    let border = &problem.borders[border];
+    let spot = Spot::of_extra(border, &border.extras[extra]);
+    let (winner, weights) = (spot.winner(problem, cell), spot.weights(problem, cell));
+    push(problem, cell, weights, winner as u8);
 }
 
 /// Pushes texels, each by its weight, so that `wanted` wins where a cell's taps have these weights.
