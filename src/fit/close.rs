@@ -32,8 +32,8 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
     joined.dedup();
     let mut best: Option<(usize, Vec<[f32; E]>)> = None;
     let mut last = PATIENCE;
-    // Cells that have not been looked at as their texels are now, or were found open: samples are of fewer digits
-    // than what finds them.
+    // Cells that have not been looked at as their texels are now, or were found open: what finds them has more digits
+    // than samples.
     let mut fresh: Vec<u32> = (0..problem.cells.len() as u32).collect();
     for round in 0.. {
         agree(problem, round % 2);
@@ -55,20 +55,13 @@ pub(super) fn close<const E: usize>(problem: &mut Problem<E>) {
         open.sort_unstable();
         open.dedup();
         fresh = found.iter().map(|found| found.cell).collect();
-        let mut unseen = Vec::new();
-        for Found { cell, border, extra } in found {
-            let of_border = &mut problem.borders[border as usize].extras;
-            of_border.push(extra);
-            unseen.push((cell as usize, border as usize, of_border.len() - 1));
+        for Found { border, extra, .. } in found {
+            problem.borders[border as usize].extras.push(extra);
         }
         if is_stuck {
-            unseen.retain(|&place| !is_seen(problem, place));
             release(problem, &open);
             for &cell in &open {
-                push_open(problem, cell as usize);
-            }
-            for place in unseen {
-                push_unseen(problem, place);
+                push_open(problem, cell as usize, round + PATIENCE - last);
             }
             errors = all_errors(problem);
         } else {
@@ -119,8 +112,9 @@ fn recount<const E: usize>(problem: &Problem<E>, cells: &[u32], errors: &mut [i6
     }
 }
 
-/// Pushes the texels of a cell so that at each sample of its borders one wins that is allowed to.
-fn push_open<const E: usize>(problem: &mut Problem<E>, cell: usize) {
+/// Pushes the texels of a cell so that at each sample of its borders one wins that is allowed to: where that was in
+/// vain, by `turns` another one.
+fn push_open<const E: usize>(problem: &mut Problem<E>, cell: usize, turns: usize) {
     // The weights of its taps there, where none of these wins.
     let open = |problem: &Problem<E>, spot: Spot, allowed: u16| {
         let is_open = allowed != 0 && allowed >> spot.winner(problem, cell) & 1 == 0;
@@ -137,31 +131,14 @@ fn push_open<const E: usize>(problem: &mut Problem<E>, cell: usize) {
                 }
             };
             if let Some(weights) = spot.and_then(|spot| open(problem, spot, allowed)) {
-                push(problem, cell, weights, allowed.trailing_zeros() as u8);
+                let winners = (0..16u8).filter(|i| allowed >> i & 1 == 1);
+                let turn = turns.saturating_sub(1) % allowed.count_ones().max(1) as usize;
+                if let Some(wanted) = winners.into_iter().nth(turn) {
+                    push(problem, cell, weights, wanted);
+                }
             }
         }
     }
-}
-
-/// Whether a place that was found open, which is a cell's border's extra sample, is open by the digits of samples, too.
-fn is_seen<const E: usize>(
-    problem: &Problem<E>,
-    (cell, border, extra): (usize, usize, usize),
-) -> bool {
-    let border = &problem.borders[border];
-    let extra = &border.extras[extra];
-    extra.allowed[0] >> Spot::of_extra(border, extra).winner(problem, cell) & 1 == 0
-}
-
-/// Pushes the texels of a cell so that who wins at a place by the digits of samples does so by more than digits.
-fn push_unseen<const E: usize>(
-    problem: &mut Problem<E>,
-    (cell, border, extra): (usize, usize, usize),
-) {
-    let border = &problem.borders[border];
-    let spot = Spot::of_extra(border, &border.extras[extra]);
-    let (winner, weights) = (spot.winner(problem, cell), spot.weights(problem, cell));
-    push(problem, cell, weights, winner as u8);
 }
 
 /// Pushes texels, each by its weight, so that `wanted` wins where a cell's taps have these weights.
