@@ -171,6 +171,16 @@ impl Camera {
         [(center - reach).into(), (center + reach).into()]
     }
 
+    /// Whether some of a rectangle of the picture is seen, of those that meet [`seen`](Self::seen): from, to.
+    pub fn sees(&self, from: [f64; 2], to: [f64; 2]) -> bool {
+        let [from, to] =
+            [from, to].map(|corner| DVec2::from(corner) - DVec2::from(self.center.to_f64()));
+        // Along the axes of the screen: where they part along those of the picture, neither meets `seen`.
+        let middle = (self.axes * (from + to) * 0.5).abs();
+        let half = self.axes.abs() * (to - from) * 0.5;
+        !((middle - half) * self.scale).cmpgt(self.middle()).any()
+    }
+
     /// The view's upper left part of `size` pixels as one that is not turned.
     pub(crate) fn turned(&self, size: [u32; 2]) -> Turned {
         self.turned_part([0; 2], size)
@@ -390,6 +400,44 @@ mod tests {
         camera.turn(45.0, false, [100.0; 2]);
         camera.fit();
         assert!((camera.scale() - 200.0 / (500.0 * 0.5f64.sqrt())).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_a_turned_view_passes_by_is_not_seen() {
+        let mut camera = Camera::new([4000, 3000], [800, 600]);
+        camera.look_at(Point::new([2000.0, 1500.0]), 2.0);
+        let squares =
+            || (0..40).flat_map(|x| (0..30).map(move |y| [x, y].map(|n| 100.0 * f64::from(n))));
+        for degrees in [0.0, 20.0, 45.0, 90.0, 160.0, 300.0] {
+            camera.turn(degrees, degrees > 50.0, MIDDLE);
+            let [low, high] = camera.seen();
+            let meets =
+                |&from: &[f64; 2]| (0..2).all(|i| from[i] <= high[i] && from[i] + 100.0 >= low[i]);
+            let (all, sees): (Vec<_>, Vec<_>) = squares()
+                .filter(meets)
+                .map(|from| (from, camera.sees(from, from.map(|along| along + 100.0))))
+                .unzip();
+            // Wherever something of it is on the screen.
+            let shown = |from: &[f64; 2]| {
+                let mut screen = (0..=80)
+                    .flat_map(|x| (0..=60).map(move |y| [x, y].map(|n| 10.0 * f64::from(n))));
+                screen.any(|at| {
+                    let place = camera.to_source(at).to_f64();
+                    (0..2).all(|i| (from[i]..from[i] + 100.0).contains(&place[i]))
+                })
+            };
+            for (from, &sees) in all.iter().zip(&sees) {
+                assert!(sees || !shown(from), "{degrees}: {from:?}");
+            }
+            let count = sees.iter().filter(|&&sees| sees).count();
+            let is_straight = degrees % 90.0 == 0.0;
+            assert!(is_straight == (count == all.len()), "{degrees}: {count} of {}", all.len());
+            assert!(
+                is_straight || 5 * count < 4 * all.len(),
+                "{degrees}: {count} of {}",
+                all.len()
+            );
+        }
     }
 
     #[test]

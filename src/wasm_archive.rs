@@ -68,10 +68,16 @@ impl Archive {
     /// and row of each.
     pub fn view(&self, camera: &Camera) -> Vec<u32> {
         let camera = &camera.0;
-        let level = self.0.layout().level_at(camera.scale());
+        let layout = self.0.layout();
+        let level = layout.level_at(camera.scale());
         let step = f64::from(1u32 << (level * LEVEL_STEP_LOG2));
         let [from, to] = camera.seen().map(|corner| corner.map(|along| along / step));
-        let tiles = self.0.layout().tiles_within(level, from, to);
+        let mut tiles = layout.tiles_within(level, from, to);
+        tiles.retain(|&tile| {
+            let (first, size) = layout.tile_rect(tile);
+            let end = std::array::from_fn(|axis| f64::from(first[axis] + size[axis]) * step);
+            camera.sees(first.map(|along| f64::from(along) * step), end)
+        });
         tiles.iter().flat_map(|tile| [tile.level.into(), tile.at[0], tile.at[1]]).collect()
     }
 

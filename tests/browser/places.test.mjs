@@ -6,8 +6,9 @@ import * as harness from './harness.mjs';
 const run = harness.session();
 
 /** A page with a figure for each name of a part of the fragment; null for one without. */
-async function open(names, fragment = '', options = {}) {
+async function open(names, fragment = '', { prepare, ...options } = {}) {
   const tab = await harness.newPage(run.browser, { reducedMotion: 'reduce', ...options });
+  await prepare?.(tab.page);
   await tab.page.route('**/figures.html', (route) => {
     const figures = names.map((name) => {
       const hash = name === null ? '' : `hash="${name}"`;
@@ -240,6 +241,21 @@ test('an address that may not be changed is left alone, and a new picture starts
   assert.equal(fragment(page), '');
   // All of a picture that is as wide as it is high.
   assert.equal(await places(page).then(([place]) => place.split(',').slice(0, 2).join()), '2048,2048');
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('a picture does not wait for ever for what reads addresses, and goes there when that comes', async () => {
+  let answer;
+  const asked = new Promise((resolve) => {
+    answer = resolve;
+  });
+  const prepare = (page) => page.route('**/istar-hash.js', (route) => asked.then(() => route.continue()));
+  const wanted = '3018.5,684.25,12.5';
+  const { page, uncaught, close } = await open([''], `#view=${wanted}`, { prepare });
+  assert.notDeepEqual(await places(page), [wanted]);
+  answer();
+  await page.waitForFunction((wanted) => document.querySelector('istar-viewer').place === wanted, wanted);
   assert.deepEqual(uncaught, []);
   await close();
 });

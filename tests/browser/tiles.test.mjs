@@ -42,11 +42,11 @@ const files = harness.serveFiles((request, response) => {
   (answers[kind] ?? usual)({ request, response, from, to, picture, usual });
 });
 
-async function open(name, { backend = 'webgl2', answer = {}, viewport = VIEWPORT } = {}) {
+async function open(name, { backend = 'webgl2', answer = {}, viewport = VIEWPORT, place = '' } = {}) {
   asked = [];
   answers = answer;
   const tab = await harness.newPage(run.browser, { viewport });
-  const url = `${run.server.url}view.html?backend=${backend}&src=${encodeURIComponent(files.base + name)}`;
+  const url = `${run.server.url}view.html?backend=${backend}&src=${encodeURIComponent(files.base + name)}#view=${place}`;
   await tab.page.goto(url);
   return tab;
 }
@@ -86,6 +86,22 @@ for (const backend of harness.BACKENDS) {
     await close();
   });
 }
+
+test('what a turned view passes by is not fetched', async () => {
+  const viewport = { width: 540, height: 540 };
+  const { page, uncaught, close } = await open('quilt.istar', { viewport, place: '512,384,1,45' });
+  await settled(page);
+  const before = asked.length;
+  // No more than the upright square around it.
+  await page.evaluate(async () => {
+    const viewer = document.querySelector('istar-viewer');
+    viewer.place = '512,384,0.71';
+    await viewer.painted;
+  });
+  assert.ok(asked.length > before, `all of its ${before} requests were for the view that was turned`);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
 
 test('a picture of 65,536 by 65,536 pixels is sharp after three requests and 200 KB', async () => {
   const { page, uncaught, close } = await open('huge.istar', { viewport: { width: 1024, height: 768 } });

@@ -7,7 +7,7 @@ mod scenes;
 mod styles;
 mod turned;
 
-use crate::views::{VIEWPORT, differing, reference, views};
+use crate::views::{VIEWPORT, differing, reference_once, views};
 use crate::{failures, fixtures};
 use istar::gpu::{Options, Renderer, Scene};
 use istar::grid::Point;
@@ -32,9 +32,9 @@ fn renderer() -> Renderer {
     })
 }
 
-fn compare(name: &str, renderer: &Renderer, scene: &Scene, image: &Image, camera: &Camera) {
+fn compare(name: &str, renderer: &Renderer, scene: &Scene, image: &'static Image, camera: &Camera) {
     for antialias in [true, false] {
-        let expected = reference(image, camera, antialias);
+        let expected = reference_once(image, camera, antialias);
         let actual =
             renderer.render(&[(scene, Placement::whole(image.size))], camera, antialias).unwrap();
         let share = differing(&expected, &actual, CHANNEL);

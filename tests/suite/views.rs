@@ -2,18 +2,32 @@
 
 use istar::grid::Point;
 use istar::{Camera, Image, raster};
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock, Mutex, OnceLock};
 
 pub const VIEWPORT: [u32; 2] = [80, 60];
 const SCALES: [f64; 10] = [0.02, 0.1, 0.5, 1.0, 3.0, 30.0, 1000.0, 1e6, 1e9, 1e12];
 
+type Pixels = Vec<[u8; 4]>;
+
 /// What the reference draws.
-pub fn reference(image: &Image, camera: &Camera, antialias: bool) -> Vec<[u8; 4]> {
+pub fn reference(image: &Image, camera: &Camera, antialias: bool) -> Pixels {
     let [width, height] = camera.viewport();
     let mut pixels = vec![[0; 4]; (width * height) as usize];
     for (y, row) in (0..).zip(pixels.chunks_mut(width as usize)) {
         raster::render_row(image, camera, y, antialias, row);
     }
     pixels
+}
+
+/// The same of a picture that tests share: it is drawn for the first that asks.
+pub fn reference_once(image: &'static Image, camera: &Camera, antialias: bool) -> Arc<Pixels> {
+    /// By where the picture is, and the view.
+    type Drawn = HashMap<(usize, String, bool), Arc<OnceLock<Arc<Pixels>>>>;
+    static DRAWN: LazyLock<Mutex<Drawn>> = LazyLock::new(Mutex::default);
+    let key = (std::ptr::from_ref(image).addr(), format!("{camera:?}"), antialias);
+    let drawn = DRAWN.lock().unwrap().entry(key).or_default().clone();
+    drawn.get_or_init(|| Arc::new(reference(image, camera, antialias))).clone()
 }
 
 /// A place on a boundary between regions, if there is one: from close by, elsewhere is one colour.

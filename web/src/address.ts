@@ -1,6 +1,9 @@
 import type { Hash } from './hash.js';
 import { missing } from './missing.js';
 
+/** So long a picture waits for what reads addresses, in ms: what comes later moves the view, if nobody has. */
+const PATIENCE = 3000;
+
 /** A view in the page's address: what keeps it there is fetched when somebody asks for it. */
 export class Address {
   readonly #text: () => string;
@@ -23,9 +26,9 @@ export class Address {
     if (name !== null) this.#coming ??= this.#fetch().catch(missing);
   }
 
-  /** Settled when what was asked for is there. */
-  get ready(): Promise<void> | undefined {
-    return this.#coming;
+  /** Settled when what was asked for is there, or takes too long. */
+  get ready(): Promise<unknown> | undefined {
+    return this.#coming && Promise.race([this.#coming, new Promise((go) => setTimeout(go, PATIENCE))]);
   }
 
   read(): void {
