@@ -1,6 +1,6 @@
 // The legend: names that are searched, hidden, recoloured and lit, beside a viewer.
 import assert from 'node:assert/strict';
-import { writeFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import * as harness from './harness.mjs';
@@ -22,17 +22,18 @@ for (const [name, more] of [
 encodedQuilt(folder, 'plain', [128, 128], '--texel-size', '8');
 const files = harness.serveFolder(folder);
 
-/** A page with a viewer of a file, and a legend. */
-async function opened(name) {
+/** A page with a viewer of a file, and a legend with that attribute `hash`. */
+async function opened(name, { hash = null, fragment = '' } = {}) {
   const tab = await harness.newPage(run.browser, { viewport: { width: 480, height: 360 } });
   const src = encodeURIComponent(`${files.base}${name}.istar`);
-  await tab.page.goto(`${run.server.url}view.html?backend=webgl2&src=${src}`);
-  await tab.page.evaluate(() => {
+  await tab.page.goto(`${run.server.url}view.html?backend=webgl2&src=${src}${fragment}`);
+  await tab.page.evaluate((hash) => {
     const legend = document.createElement('istar-legend');
+    if (hash !== null) legend.setAttribute('hash', hash);
     legend.style.cssText = 'position: fixed; inset: 0 auto auto 0; background: Canvas';
     document.body.append(legend);
     return import('./istar-legend.js');
-  });
+  }, hash);
   await harness.event(tab.page, 'load');
   await harness.zoomTo(tab.page, 32, 32, 5);
   return { ...tab, legend: tab.page.locator('istar-legend') };
@@ -70,6 +71,72 @@ test('a box hides what it names, a field recolours it, and the styles tell', asy
   await legend.locator('li[data-current]').getByText('Lake').waitFor();
   assert.deepEqual(uncaught, []);
   await close();
+});
+
+test('opacity and outline of what has a name are behind a button', async () => {
+  const { page, uncaught, legend, close } = await opened('few');
+  const more = legend.getByRole('button', { name: 'Opacity and outline of Lake' });
+  await more.click();
+  assert.equal(await more.getAttribute('aria-expanded'), 'true');
+  await legend.getByLabel('Opacity', { exact: true }).fill('0.5');
+  await legend.getByLabel('Colour of the outline').fill('#ff0000');
+  await legend.getByLabel('Width of the outline').fill('6');
+  await page.mouse.move(400, 300);
+  assert.equal((await colorAt(page, 32, 32))[3], 128);
+  assert.deepEqual(await page.evaluate(() => document.querySelector('istar-viewer').styles.colors), {
+    '#00c85aff': { opacity: 0.5, outline: { color: '#ff0000', width: 6 } },
+  });
+  await more.click();
+  assert.ok(await legend.getByLabel('Width of the outline').isHidden());
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('styles are saved as JSON', async () => {
+  const { page, uncaught, legend, close } = await opened('few');
+  await legend.getByLabel('Colour of Lake').fill('#102030');
+  // Under the pointer it is lit, which is nothing to keep.
+  await legend.getByText('Lake').hover();
+  const [saved] = await Promise.all([
+    page.waitForEvent('download'),
+    legend.getByRole('button', { name: 'Save styles' }).press('Enter'),
+  ]);
+  assert.equal(saved.suggestedFilename(), 'styles.json');
+  assert.deepEqual(JSON.parse(readFileSync(await saved.path(), 'utf8')), {
+    colors: { '#00c85aff': { color: '#102030' } },
+  });
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('styles are in the address of the page, and come from there', async () => {
+  const { page, uncaught, legend, close } = await opened('few', { hash: '' });
+  await legend.getByLabel('Colour of Lake').fill('#102030');
+  await legend.getByRole('checkbox', { name: 'Crête d’Or' }).uncheck();
+  await page.waitForFunction(() => location.hash.includes('styles=') && location.hash.includes('visible'));
+  const { hash } = new URL(page.url());
+  const styles = await page.evaluate(() => document.querySelector('istar-viewer').styles);
+  await close();
+
+  const other = await opened('few', { hash: '', fragment: hash });
+  await other.page.waitForFunction(() => document.querySelector('istar-viewer').styles.colors['#00c85aff']);
+  const told = await other.page.evaluate(() => document.querySelector('istar-viewer').styles);
+  delete styles.colors['#e6003cff'].highlight;
+  assert.deepEqual(told, styles);
+  assert.deepEqual(await colorAt(other.page, 32, 32), [16, 32, 48, 255]);
+  assert.equal(await other.legend.getByLabel('Colour of Lake').inputValue(), '#102030');
+  assert.ok(!(await other.legend.getByRole('checkbox', { name: 'Crête d’Or' }).isChecked()));
+  assert.deepEqual([...uncaught, ...other.uncaught], []);
+  await other.close();
+});
+
+test('an address that says nothing of use about styles does no harm', async () => {
+  for (const text of ['%7B', '%', 'null', '5', '%22all%22', '%7B%22colors%22:%7B%22x%22:null%7D%7D']) {
+    const { page, uncaught, close } = await opened('few', { hash: 'sheet', fragment: `#sheet=${text}` });
+    assert.deepEqual(await colorAt(page, 32, 32), [0, 200, 90, 255], text);
+    assert.deepEqual(uncaught, [], text);
+    await close();
+  }
 });
 
 test('of many names some are found', async () => {

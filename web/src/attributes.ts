@@ -35,4 +35,6 @@ export interface ViewerAttributes {
 export interface LegendAttributes {
   /** The id of the viewer; else the first of the page. */
   for?: string | undefined;
+  /** The viewer's styles are kept in the page's address, under that name; `styles` where it is empty. */
+  hash?: string | undefined;
 }

@@ -137,7 +137,7 @@ export async function bundle() {
   await bundled('web/src/export.ts', 'istar-export.js', ['istar-labels.js']);
   for (const name of ['hash', 'walk', 'controls', 'webgl2', 'webgpu'])
     await bundled(`web/src/${name}.ts`, `istar-${name}.js`, []);
-  await bundled('web/src/legend.ts', 'istar-legend.js', []);
+  await bundled('web/src/legend.ts', 'istar-legend.js', ['istar-hash.js']);
   await bundled('web/src/material.ts', 'istar-material.js', ['istar_encoder_bg.wasm']);
   await bundled('web/src/cpu.ts', 'istar-cpu.js', ['istar-painter.js']);
   await bundled('web/src/painter.ts', 'istar-painter.js', ['istar_encoder_bg.wasm']);
