@@ -36,6 +36,7 @@ for (const colorScheme of ['light', 'dark']) {
       return import('./istar-legend.js');
     });
     await page.locator('istar-legend').getByText('Lake').waitFor();
+    await page.getByRole('button', { name: 'Opacity and outline of Lake' }).click();
     await page.locator('istar-viewer .controls').first().waitFor();
     await page.locator('istar-viewer .stage').first().focus();
     await page.keyboard.press('Enter');
