@@ -72,7 +72,12 @@ const FAULTS = {
 const mended = new Set();
 const files = harness.serveFiles((request, response) => {
   const name = request.url.slice(1);
-  if (mended.has(name)) response.end(picture);
+  if (name === 'members') {
+    response.setHeader('access-control-allow-origin', request.headers.origin);
+    response.setHeader('access-control-allow-credentials', 'true');
+    if (request.headers.cookie === 'member=yes') response.end(picture);
+    else response.writeHead(403).end();
+  } else if (mended.has(name)) response.end(picture);
   else FAULTS[name.replace(/-once$/, '')](response, picture, request.headers.range);
 });
 
@@ -146,6 +151,31 @@ for (const [name, kind, text] of failures) {
     assert.deepEqual(uncaught, []);
   });
 }
+
+test('a server that wants to know who asks is told where the page says so', async () => {
+  const { page, uncaught, close } = await openWithout();
+  await page.context().addCookies([{ name: 'member', value: 'yes', url: files.base }]);
+  const show = async (src) => {
+    await page.evaluate((src) => {
+      document.querySelector('istar-viewer').src = src;
+    }, src);
+  };
+  await show(`${files.base}members`);
+  assert.match((await harness.event(page, 'error')).message, /403/);
+  await page.evaluate(() =>
+    document.querySelector('istar-viewer').setAttribute('crossorigin', 'use-credentials'),
+  );
+  await page.getByRole('button', { name: 'Retry' }).click();
+  await harness.event(page, 'load');
+  // Nobody is told who does not allow it.
+  await page.evaluate(() => {
+    window.seen = [];
+  });
+  await show(`${files.base}none`);
+  assert.match((await harness.event(page, 'error')).message, /Access-Control/);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
 
 test('without a network it says so, and retry works once there is one', async () => {
   const { page, uncaught, close } = await openWithout();

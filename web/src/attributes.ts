@@ -7,6 +7,8 @@ export interface ViewerAttributes {
   src?: string | undefined;
   /** What the picture shows, in words. */
   alt?: string | undefined;
+  /** `use-credentials`: another site's server is sent its cookies, too. Said before the picture is fetched. */
+  crossorigin?: 'anonymous' | 'use-credentials' | '' | undefined;
   /** `eager`: the picture is fetched at once; else when the figure comes near the window. */
   loading?: 'auto' | 'lazy' | 'eager' | undefined;
   /** The region under the pointer is highlighted. */

@@ -60,6 +60,8 @@ let sheet: CSSStyleSheet | undefined;
  *
  * @attr {string} src - where the picture is
  * @attr {string} alt - what the picture shows, in words
+ * @attr {'anonymous' | 'use-credentials'} crossorigin - `use-credentials`: another site's server is sent its cookies, too; said before
+ * the picture is fetched
  * @attr {'auto' | 'lazy' | 'eager'} loading - `eager`: the picture is fetched at once; else when the figure comes near the window
  * @attr {boolean} interactive - the region under the pointer is highlighted
  * @attr {number} rotation - by so many degrees the picture is turned at first, clockwise; and whenever this changes
@@ -405,7 +407,9 @@ export class IStarViewer extends Base {
       // The renderer starts while the file is on its way. Its error is heard below, also when the file fails first.
       const renderer = sharedRenderer(chosenBackend(this.getAttribute('backend')));
       renderer.catch(() => {});
-      const source = sharedSource(this.src, loading.signal, (progress) => {
+      const isKnown = this.getAttribute('crossorigin') === 'use-credentials';
+      const credentials = isKnown ? 'include' : 'same-origin';
+      const source = sharedSource(this.src, credentials, loading.signal, (progress) => {
         if (loading.signal.aborted || this.#shown) return;
         this.#message.loading(progress);
         this.#emit('progress', progress);

@@ -16,8 +16,8 @@ class SharedSource implements Source {
   readonly #source: FetchSource;
   readonly #flights = new Map<string, Flight>();
 
-  constructor(url: string) {
-    this.#source = new FetchSource(url, (progress) => {
+  constructor(url: string, credentials: RequestCredentials) {
+    this.#source = new FetchSource(url, credentials, (progress) => {
       for (const hear of this.heard) hear(progress);
     });
   }
@@ -62,6 +62,7 @@ class SharedSource implements Source {
   }
 }
 
+/** By whether servers of other sites are told who asks, and the address. */
 const sources = new Map<string, SharedSource>();
 
 /** As the page's own address is now: programs change that while tiles are still to come. A link throws at nothing. */
@@ -71,18 +72,24 @@ function addressOf(src: string): string {
 
 /** The file there has changed: whoever asks next is given a source that knows nothing of it. */
 export function forgetSource(src: string): void {
-  sources.delete(addressOf(src));
+  for (const credentials of ['include', 'same-origin']) sources.delete(credentials + addressOf(src));
 }
 
 /** The page's one source for an address, as long as somebody has not aborted. Nothing is left of it then. */
-export function sharedSource(src: string, signal: AbortSignal, hear: (progress: Progress) => void): Source {
+export function sharedSource(
+  src: string,
+  credentials: RequestCredentials,
+  signal: AbortSignal,
+  hear: (progress: Progress) => void,
+): Source {
   const url = addressOf(src);
-  const source = sources.get(url) ?? new SharedSource(url);
-  sources.set(url, source);
+  const key = credentials + url;
+  const source = sources.get(key) ?? new SharedSource(url, credentials);
+  sources.set(key, source);
   source.heard.add(hear);
   signal.addEventListener('abort', () => {
     source.heard.delete(hear);
-    if (source.heard.size === 0 && sources.get(url) === source) sources.delete(url);
+    if (source.heard.size === 0 && sources.get(key) === source) sources.delete(key);
   });
   return source;
 }

@@ -33,12 +33,14 @@ const MOST_WHOLE = 256 * 1024 * 1024;
 /** A file on a server: by ranges, or as a whole where the server knows none. */
 export class FetchSource implements Source {
   readonly #url: string;
+  readonly #credentials: RequestCredentials;
   readonly #onProgress: ((progress: Progress) => void) | undefined;
   #loaded = 0;
   #whole: RangeResponse | undefined;
 
-  constructor(url: string, onProgress?: (progress: Progress) => void) {
+  constructor(url: string, credentials: RequestCredentials, onProgress?: (progress: Progress) => void) {
     this.#url = url;
+    this.#credentials = credentials;
     this.#onProgress = onProgress;
   }
 
@@ -94,13 +96,15 @@ export class FetchSource implements Source {
     const whole = this.#whole;
     if (whole) return { ...whole, data: whole.data.slice(offset, offset + length) };
     const range = `bytes=${offset}-${offset + length - 1}`;
-    let response = await request(this.#url, isByRange ? { headers: { range } } : {}, watch);
+    const credentials = this.#credentials;
+    const ranged = isByRange ? { headers: { range } } : {};
+    let response = await request(this.#url, { credentials, ...ranged }, watch);
     // An empty file has no first byte to send, and a shorter one than it was not these.
     if (response.status === 416) return { data: new ArrayBuffer(0) };
     // A range of packed bytes cannot be unpacked.
     if (response.status === 206 && response.headers.has('content-encoding')) {
       response.body?.cancel().catch(() => {});
-      response = await request(this.#url, {}, watch);
+      response = await request(this.#url, { credentials }, watch);
     }
     const tag = strong(response.headers.get('etag'));
     if (etag && tag && tag !== etag) throw changed();
