@@ -1,7 +1,8 @@
 //! Frames of a view that moves: from far away they are made of what was drawn before.
 
-use super::{VIEWPORT, failures, fixtures, reference, renderer};
+use super::{VIEWPORT, failures, fixtures, renderer};
 use crate::oracle::premultiplied;
+use crate::views::reference;
 use istar::grid::Point;
 use istar::style::Style;
 use istar::{Camera, Placement};

@@ -3,9 +3,9 @@
 
 use super::scenes::tiles;
 use super::styles::{drawn, restyle};
-use super::{CHANNEL, SHARE, VIEWPORT, differing, failures, fixtures, reference, renderer};
+use super::{CHANNEL, SHARE, VIEWPORT, differing, failures, fixtures, renderer};
 use crate::oracle::{errors, supersampled};
-use crate::views::{on_a_boundary, views};
+use crate::views::{on_a_boundary, reference, views};
 use istar::gpu::Scene;
 use istar::grid::Point;
 use istar::style::{Motif, Outline, Pattern, Side, Style, Unit};
