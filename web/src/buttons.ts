@@ -1,4 +1,4 @@
-import { make } from './dom.js';
+import { download, make } from './dom.js';
 import type { Host } from './host.js';
 import { STEP_ZOOM } from './keyboard.js';
 import type { Place } from './place.js';
@@ -100,12 +100,7 @@ export class Buttons {
   async #save(): Promise<void> {
     const { element } = this.#host;
     try {
-      const link = document.createElement('a');
-      link.href = URL.createObjectURL(await element.toBlob());
-      link.download = `${fileName(element.src)}.png`;
-      link.click();
-      // Once the browser has taken it.
-      setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+      download(await element.toBlob(), `${fileName(element.src)}.png`);
     } catch (cause) {
       console.warn(cause);
     }

@@ -19,3 +19,13 @@ export function sheetOf(css: string): CSSStyleSheet {
   sheet.replaceSync(css + theme);
   return sheet;
 }
+
+/** Gives people a file to keep. */
+export function download(file: Blob, name: string): void {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(file);
+  link.download = name;
+  link.click();
+  // Once the browser has taken it.
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}

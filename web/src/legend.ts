@@ -1,6 +1,6 @@
 // `<istar-legend>`: what a picture's regions are called. A module of its own, for pages that want it: dist/istar-legend.js.
 import { Address } from './address.js';
-import { make, sheetOf } from './dom.js';
+import { download, make, sheetOf } from './dom.js';
 import type { IStarViewer } from './element.js';
 import css from './legend.css';
 import type { Style, StyleSheet } from './style.js';
@@ -244,12 +244,7 @@ export class IStarLegend extends Base {
 
   #download(): void {
     const text = JSON.stringify(this.#sheet(), undefined, 2);
-    const link = make('a', '');
-    link.href = URL.createObjectURL(new Blob([text], { type: 'application/json' }));
-    link.download = 'styles.json';
-    link.click();
-    // Once the browser has taken it.
-    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    download(new Blob([text], { type: 'application/json' }), 'styles.json');
   }
 
   #filter(): void {
