@@ -139,6 +139,29 @@ test('an address that says nothing of use about styles does no harm', async () =
   }
 });
 
+test('within a viewer it lies over a corner, and belongs to that one', async () => {
+  const { page, uncaught, close } = await opened('few');
+  await page.evaluate(() => {
+    const { src } = document.querySelector('istar-viewer');
+    document.body.insertAdjacentHTML(
+      'beforeend',
+      `<istar-viewer id="second" controls alt="A quilt" src="${src}" style="width: 300px; height: 200px"><istar-legend slot="legend"></istar-legend></istar-viewer>`,
+    );
+  });
+  const legend = page.locator('#second istar-legend');
+  await legend.getByLabel('Colour of Lake').fill('#102030');
+  const colors = (which) => page.evaluate((which) => document.querySelector(which).styles.colors, which);
+  assert.equal((await colors('#second'))['#00c85aff'].color, '#102030');
+  assert.deepEqual(await colors('istar-viewer'), {});
+  const [viewer, box, buttons] = await Promise.all(
+    ['#second', '#second istar-legend', '#second .controls'].map((one) => page.locator(one).boundingBox()),
+  );
+  assert.ok(box.x > viewer.x && box.x + box.width < buttons.x, JSON.stringify(box));
+  assert.ok(box.y > viewer.y && box.y + box.height < viewer.y + viewer.height, JSON.stringify(box));
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
 test('of many names some are found', async () => {
   const { legend, uncaught, close } = await opened('many');
   const search = legend.getByRole('searchbox');

@@ -344,11 +344,60 @@ test('an image inside stands in until the first frame', async () => {
   await page.evaluate((src) => {
     document.querySelector('istar-viewer').innerHTML = `<img src="${src}" alt="A stand-in">`;
   }, dot);
-  const image = page.locator('istar-viewer img');
+  const image = page.locator('istar-viewer > img');
   assert.equal(await image.isVisible(), true);
   release();
   await harness.event(page, 'load');
   assert.equal(await image.isVisible(), false);
+  await close();
+});
+
+test('an image that the attribute names stands in, in its own shape', async () => {
+  const { page, uncaught, close } = await harness.newPage(run.browser);
+  await page.goto(`${run.server.url}view.html?backend=webgl2&src=${encodeURIComponent(`${files.base}slow`)}`);
+  const set = (url) =>
+    page.evaluate((url) => {
+      const viewer = document.querySelector('istar-viewer');
+      viewer.style.height = 'auto';
+      viewer.setAttribute('poster', url);
+    }, url);
+  const image = page.locator('istar-viewer .poster');
+  assert.equal(await image.isVisible(), false);
+  await set('data:image/svg+xml,<svg xmlns="http://www.w3.org/2000/svg" width="40" height="10"/>');
+  await image.waitFor();
+  await page.waitForFunction(() => {
+    const { width, height } = document.querySelector('istar-viewer').getBoundingClientRect();
+    return Math.abs(width / height - 4) < 0.1;
+  });
+  await set('');
+  assert.equal(await image.isVisible(), false);
+  await set('no/such.png');
+  release();
+  await harness.event(page, 'load');
+  assert.equal(await image.isVisible(), false);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('what a page has for the poster and for progress stands in their place, as long', async () => {
+  const { page, uncaught, close } = await harness.newPage(run.browser);
+  await page.goto(`${run.server.url}view.html?backend=webgl2&src=${encodeURIComponent(`${files.base}slow`)}`);
+  await page.evaluate(() => {
+    document.querySelector('istar-viewer').innerHTML =
+      '<b slot="poster">Soon</b><i slot="progress">Wait <img alt="A clock" width="9" height="1"></i>';
+  });
+  const [soon, wait] = ['Soon', 'Wait'].map((text) => page.getByText(text));
+  await harness.event(page, 'progress');
+  assert.ok((await soon.isVisible()) && (await wait.isVisible()));
+  assert.ok(await page.locator('istar-viewer .progress').isHidden());
+  // How far it is, for bars of its own.
+  const share = await wait.evaluate((wait) => getComputedStyle(wait).getPropertyValue('--istar-share'));
+  assert.equal(Number(share).toFixed(2), '0.25');
+  assert.equal(await page.getByRole('application', { name: 'A clock' }).count(), 0);
+  release();
+  await harness.event(page, 'load');
+  assert.ok((await soon.isHidden()) && (await wait.isHidden()));
+  assert.deepEqual(uncaught, []);
   await close();
 });
 

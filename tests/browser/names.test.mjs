@@ -55,6 +55,12 @@ for (const name of ['texels', 'labels']) {
     await page.mouse.move(...at(68, 3));
     await readout.getByText(/^region \d+$/).waitFor();
     assert.equal(await told(10_000), undefined);
+    const regions = await page.evaluate(() => document.querySelector('istar-viewer').regions);
+    assert.deepEqual(
+      regions.filter((one) => one.region === region),
+      [{ region, name: 'Lake, deep', color: '#00c85aff' }],
+    );
+    assert.ok(regions.every((one, i) => i === 0 || one.region > regions[i - 1].region));
     assert.equal(asked.filter((file) => file === 'istar-names.js').length, 1);
     assert.deepEqual(uncaught, []);
     await close();

@@ -125,6 +125,39 @@ for (const backend of [...harness.BACKENDS, 'cpu']) {
   });
 }
 
+test('an attribute draws lines along boundaries, and styles come before it', async () => {
+  const { page, uncaught, close } = await opened('webgl2');
+  const shotWith = async (outline, sheet) => {
+    await page.evaluate(
+      async ([outline, sheet]) => {
+        const viewer = document.querySelector('istar-viewer');
+        if (outline === null) viewer.removeAttribute('outline');
+        else viewer.setAttribute('outline', outline);
+        viewer.styles = sheet;
+        await viewer.painted;
+      },
+      [outline, sheet],
+    );
+    return harness.shot(page);
+  };
+  const line = (width, color) => ({ all: { outline: { width, color } } });
+  for (const [outline, width, color] of [
+    ['', 1, '#000'],
+    ['2.5px', 2.5, '#000'],
+    ['crimson', 1, 'crimson'],
+    ['3 #0f08', 3, '#0f08'],
+  ]) {
+    const drawn = await shotWith(outline, {});
+    assert.ok(drawn.data.equals((await shotWith(null, line(width, color))).data), outline);
+    assert.ok(!drawn.data.equals((await shotWith(null, {})).data), outline);
+  }
+  const both = await shotWith('9 blue', line(2, 'white'));
+  assert.ok(both.data.equals((await shotWith(null, line(2, 'white'))).data));
+  await shotWith('1.2.3.4 no such colour', {});
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
 test('all tiles agree on who absorbs a region', async () => {
   // A band lies along red for longest, and in some tiles red is out of sight.
   const png = new PNG({ width: 1200, height: 800 });

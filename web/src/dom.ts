@@ -13,6 +13,16 @@ export function make<Name extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
+/** A place for what the page puts inside the element with `slot="…"`; without, for the rest; and what is there else. */
+export function slot(name: string, ...content: Node[]): HTMLSlotElement {
+  return Object.assign(make('slot', '', ...content), { name });
+}
+
+/** As CSS has it, of a colour as 0xRRGGBBAA. */
+export function cssColor(color: number): string {
+  return `#${color.toString(16).padStart(8, '0')}`;
+}
+
 /** A sheet for the shadow trees of an element. Adopted, because a strict content security policy refuses a style element. */
 export function sheetOf(css: string): CSSStyleSheet {
   const sheet = new CSSStyleSheet();

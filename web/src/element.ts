@@ -4,11 +4,11 @@ import { type Backend, chosenBackend } from './backend.js';
 import { blobOf } from './blob.js';
 import { Box } from './box.js';
 import type { Controls } from './controls.js';
-import { make, sheetOf } from './dom.js';
+import { cssColor, make, sheetOf, slot } from './dom.js';
 import css from './element.css';
 import { dropRenderer, openFile, type Renderer, sharedRenderer } from './engine.js';
 import { type ViewerError, viewerError } from './errors.js';
-import type { NamedRegion, ViewerElement, ViewerEvents } from './events.js';
+import type { NamedRegion, ShownRegion, ViewerElement, ViewerEvents } from './events.js';
 import { Frames } from './frames.js';
 import { type Finger, listenForGestures } from './gestures.js';
 import type { Host } from './host.js';
@@ -17,6 +17,7 @@ import { listenForKeys } from './keyboard.js';
 import { Message } from './message.js';
 import { missing } from './missing.js';
 import { Paper } from './paper.js';
+import { Poster } from './poster.js';
 import { forgetSource, sharedSource } from './shared.js';
 import { Status } from './status.js';
 import type { Style, StyleSheet } from './style.js';
@@ -60,10 +61,13 @@ let sheet: CSSStyleSheet | undefined;
  *
  * @attr {string} src - where the picture is
  * @attr {string} alt - what the picture shows, in words
+ * @attr {string} poster - where an image is that stands in until the first frame
  * @attr {'anonymous' | 'use-credentials'} crossorigin - `use-credentials`: another site's server is sent its cookies, too; said before
  * the picture is fetched
  * @attr {'auto' | 'lazy' | 'eager'} loading - `eager`: the picture is fetched at once; else when the figure comes near the window
  * @attr {boolean} interactive - the region under the pointer is highlighted
+ * @attr {string} outline - lines along all boundaries: a width in CSS pixels and a colour, as `2 white`; else 1 and black. Styles come
+ * before it
  * @attr {number} rotation - by so many degrees the picture is turned at first, clockwise; and whenever this changes
  * @attr {boolean} flipped - it is mirrored, left to right, before it is turned; likewise
  * @attr {boolean} controls - buttons: zoom, all of it, turn, mirror, full screen, save
@@ -84,7 +88,12 @@ let sheet: CSSStyleSheet | undefined;
  * @fires {CustomEvent} regionclick - a region was clicked or tapped
  *
  * @slot - what stands in until the picture is there, and where scripts do not run: an `<img>`
+ * @slot poster - likewise
+ * @slot progress - what is shown while the picture loads, in place of a bar; the event `progress` tells how far it is, and so does
+ * `--istar-share`
+ * @slot legend - what lies over a corner, and scrolls where it is long: an `<istar-legend>`
  *
+ * @csspart poster - the image of that attribute
  * @csspart stage - where the picture is, and what the keys move
  * @csspart box - what a drag with shift spans
  * @csspart pin - where a walk is
@@ -114,6 +123,7 @@ let sheet: CSSStyleSheet | undefined;
  * @cssprop --istar-paper - what lies under text
  * @cssprop --istar-line - thin lines
  * @cssprop --istar-accent - what can be pressed, and progress
+ * @cssprop --istar-share - set by the viewer, for what is in the slot `progress`: how much has come, from 0 to 1
  */
 export class IStarViewer extends Base {
   static readonly observedAttributes = [
@@ -121,6 +131,8 @@ export class IStarViewer extends Base {
     'alt',
     'loading',
     'backend',
+    'poster',
+    'outline',
     'hash',
     'rotation',
     'flipped',
@@ -138,7 +150,6 @@ export class IStarViewer extends Base {
 
   #view!: View;
   #stage!: HTMLElement;
-  #fallback!: HTMLElement;
   #frames = new Frames();
   #status!: Status;
   #message!: Message;
@@ -148,6 +159,7 @@ export class IStarViewer extends Base {
   #walk: Promise<Walk | undefined> | undefined;
   #beside: Promise<Controls | undefined> | undefined;
   readonly #paper: Paper;
+  readonly #poster: Poster;
   readonly #box = new Box();
   readonly #approach = new Approach(this);
   #loading: AbortController | undefined;
@@ -179,8 +191,7 @@ export class IStarViewer extends Base {
         this.place = text;
       },
     );
-    this.#fallback = make('slot', '');
-    this.#fallback.addEventListener('slotchange', () => {
+    this.#poster = new Poster(this, () => {
       this.#label();
       this.#shape();
     });
@@ -197,7 +208,7 @@ export class IStarViewer extends Base {
     const root = this.attachShadow({ mode: 'open' });
     sheet ??= sheetOf(css);
     root.adoptedStyleSheets = [sheet];
-    root.append(this.#fallback, this.#stage, this.#status.root, this.#message.root);
+    root.append(this.#poster.root, this.#stage, this.#status.root, slot('legend'), this.#message.root);
     this.#host = {
       element: this,
       root,
@@ -304,6 +315,16 @@ export class IStarViewer extends Base {
     return this.#view.file?.names.get(this.#view.regionColor(region) ?? -1);
   }
 
+  /** The regions in view, and those of its tiles that are not far from it, in ascending order. */
+  get regions(): ShownRegion[] {
+    const names = this.#view.file?.names;
+    return this.#view.regions.map(([region, color]) => ({
+      region,
+      name: names?.get(color),
+      color: cssColor(color),
+    }));
+  }
+
   /**
    * The regions within an outline, a box or a lasso: places of the browser's window, closed by itself. In ascending order; those
    * of tiles that are not there yet are missing.
@@ -342,6 +363,8 @@ export class IStarViewer extends Base {
     if (this.#open) return;
     this.#open = true;
     this.#label();
+    this.#poster.update();
+    this.#outline();
     this.#address.follow(this.getAttribute('hash'));
     this.#paper.watch(true);
     this.#start();
@@ -366,6 +389,8 @@ export class IStarViewer extends Base {
     if (!this.#open || before === now) return;
     if (name === 'alt') this.#label();
     else if (name === 'loading') this.#hasten();
+    else if (name === 'poster') this.#poster.update();
+    else if (name === 'outline') this.#outline();
     else if (BESIDE.includes(name)) this.#updateBeside();
     else if (name === 'rotation') this.turnTo(this.#ownTurn[0]);
     else if (name === 'flipped') this.turnTo(this.rotation, this.#ownTurn[1]);
@@ -437,7 +462,7 @@ export class IStarViewer extends Base {
   #close(): void {
     this.#view.clear();
     this.#status.root.hidden = true;
-    this.#fallback.removeAttribute('data-covered');
+    this.#poster.cover(false);
     this.#message.clear();
     this.#backend = undefined;
     this.#sent = '';
@@ -503,7 +528,7 @@ export class IStarViewer extends Base {
       if (this.#backend) this.#status.backend(this.#backend);
       this.#status.root.hidden = false;
       this.#message.clear();
-      this.#fallback.toggleAttribute('data-covered', true);
+      this.#poster.cover(true);
       if (!this.#alt)
         console.warn(`istar-viewer: ${this.src} has no alt: say what it shows, for those who do not see it.`);
       this.#emit('load', undefined);
@@ -600,6 +625,11 @@ export class IStarViewer extends Base {
     move();
   }
 
+  #outline(): void {
+    this.#view.styles.base = baseStyle(this.getAttribute('outline'));
+    this.#view.redraw();
+  }
+
   /** As the page has it. */
   get #ownTurn(): [rotation: number, flipped: boolean] {
     const degrees = Number(this.getAttribute('rotation')) % 360 || 0;
@@ -607,15 +637,13 @@ export class IStarViewer extends Base {
   }
 
   get #alt(): string {
-    return this.getAttribute('alt') ?? this.querySelector('img')?.alt ?? '';
+    return this.getAttribute('alt') ?? this.#poster.alt;
   }
 
-  /** The image inside has the shape of the picture, until its file says that. */
+  /** What stands in has the shape of the picture, until its file says that. */
   #shape(): void {
-    const image = this.querySelector('img');
-    const sides = ['width', 'height'].map((name) => Number(image?.getAttribute(name)));
-    if (sides.every((side) => side > 0) && !this.#view.file)
-      this.style.setProperty('--istar-aspect', sides.join(' / '));
+    const { shape } = this.#poster;
+    if (shape && !this.#view.file) this.style.setProperty('--istar-aspect', shape);
   }
 
   #label(): void {
@@ -629,6 +657,12 @@ export class IStarViewer extends Base {
   #emit<Name extends keyof ViewerEvents>(name: Name, detail: ViewerEvents[Name]['detail']): void {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
+}
+
+/** Of what the attribute `outline` says: a width and a colour, both or one of them. */
+function baseStyle(outline: string | null): Style | undefined {
+  const [, width, color] = outline?.match(/^\s*([\d.]*)(?:px)?\s*(.*)$/) ?? [];
+  return width === undefined ? undefined : { outline: { width: Number(width || 1), color: color || '#000' } };
 }
 
 declare global {

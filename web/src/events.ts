@@ -9,6 +9,11 @@ export interface NamedRegion {
   name: string | undefined;
 }
 
+/** A region that is in view, and its colour in the file, as CSS has it. */
+export interface ShownRegion extends NamedRegion {
+  color: string;
+}
+
 /** What went wrong, and a sentence that says more. */
 export interface Failure {
   kind: ErrorKind;

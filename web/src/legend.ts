@@ -1,6 +1,6 @@
 // `<istar-legend>`: what a picture's regions are called. A module of its own, for pages that want it: dist/istar-legend.js.
 import { Address } from './address.js';
-import { download, make, sheetOf } from './dom.js';
+import { cssColor, download, make, sheetOf } from './dom.js';
 import type { IStarViewer } from './element.js';
 import css from './legend.css';
 import type { Style, StyleSheet } from './style.js';
@@ -23,12 +23,12 @@ interface Row {
 
 /**
  * `<istar-legend for="viewer">`: the names in the file that a viewer shows, each with a box that hides its regions, a field for their
- * colour, and behind a button their opacity and outline. The viewer is the one with that id, or the page's first. What is changed is in
- * the viewer's `styles`, which a button saves. Hidden while there is no name.
+ * colour, and behind a button their opacity and outline. The viewer is the one with that id, or the one that it is in (`slot="legend"`), or
+ * the page's first. What is changed is in the viewer's `styles`, which a button saves. Hidden while there is no name.
  *
  * @tag istar-legend
  *
- * @attr {string} for - the id of the viewer
+ * @attr {string} for - the id of the viewer; else the one that it is in, or the first of the page
  * @attr {string} hash - the viewer's styles are kept in the page's address, as `#styles=…` or under the name that is given, when they
  * are changed here, and read from there
  *
@@ -76,7 +76,9 @@ export class IStarLegend extends Base {
     const { signal } = following;
     this.#following = following;
     const id = this.getAttribute('for');
-    const found = id ? document.getElementById(id) : document.querySelector('istar-viewer');
+    const found = id
+      ? document.getElementById(id)
+      : (this.closest('istar-viewer') ?? document.querySelector('istar-viewer'));
     this.#viewer = (found as IStarViewer | null) ?? undefined;
     const viewer = this.#viewer;
     const part = this.getAttribute('hash');
@@ -110,7 +112,8 @@ export class IStarLegend extends Base {
   #show(names: ReadonlyMap<number, string>): void {
     this.#names = names;
     this.#rows = [];
-    this.#lit = undefined;
+    // What it was on goes away without the pointer's leaving it.
+    this.#light(undefined);
     this.#list.replaceChildren();
     this.#save.textContent = say('Save styles');
     this.#search.value = '';
@@ -123,7 +126,7 @@ export class IStarLegend extends Base {
   }
 
   #add(number: number, name: string): void {
-    const color = `#${number.toString(16).padStart(8, '0')}`;
+    const color = cssColor(number);
     const set = this.#viewer?.styles.colors?.[color];
     const shown = make('input', '');
     shown.type = 'checkbox';
@@ -136,12 +139,8 @@ export class IStarLegend extends Base {
     swatch.addEventListener('input', () => this.#style(color, { color: swatch.value }));
     const label = make('label', '', shown, name);
     const item = make('li', '', swatch, label, this.#more(color, name));
-    const light = (on: boolean) => () => {
-      this.#lit = on ? color : undefined;
-      this.#restyle(color, { highlight: on });
-    };
-    item.addEventListener('pointerenter', light(true));
-    item.addEventListener('pointerleave', light(false));
+    item.addEventListener('pointerenter', () => this.#light(color));
+    item.addEventListener('pointerleave', () => this.#light(undefined));
     this.#list.append(item);
     this.#rows.push({ item, name, plain: plain(name) });
   }
@@ -189,6 +188,13 @@ export class IStarLegend extends Base {
     line.addEventListener('input', outlined);
     const fields = make('span', '', say('Outline'), line, width);
     return make('div', 'detail', make('label', '', say('Opacity'), opacity), fields);
+  }
+
+  /** Lights what has a colour, in place of the last. */
+  #light(color: string | undefined): void {
+    if (this.#lit) this.#restyle(this.#lit, { highlight: false });
+    this.#lit = color;
+    if (color) this.#restyle(color, { highlight: true });
   }
 
   /** What somebody changed: it is kept in the address, too. */

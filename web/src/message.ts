@@ -1,4 +1,4 @@
-import { make } from './dom.js';
+import { make, slot } from './dom.js';
 import type { ErrorKind, ViewerError } from './errors.js';
 import { type Progress, sizeText } from './source.js';
 import { say } from './words.js';
@@ -19,7 +19,7 @@ export class Message {
   readonly root: HTMLElement;
   readonly #text = make('span', 'loading');
   readonly #bar = make('div', 'bar', make('div', 'fill'));
-  readonly #progress = make('div', 'progress', this.#text, this.#bar);
+  readonly #progress = slot('progress', make('div', 'progress', this.#text, this.#bar));
   readonly #title = make('p', 'title');
   readonly #detail = make('p', 'detail');
   readonly #retry = make('button', 'retry');
@@ -51,7 +51,7 @@ export class Message {
     // Without a value a progress bar is indeterminate.
     this.#bar.ariaValueNow = share === undefined ? null : String(Math.round(share * 100));
     this.#bar.toggleAttribute('data-unknown', share === undefined);
-    this.#bar.style.setProperty('--share', String(share ?? 1));
+    this.#progress.style.setProperty('--istar-share', String(share ?? 1));
     this.#error.replaceChildren();
     this.#progress.hidden = false;
     this.root.hidden = false;

@@ -1,5 +1,5 @@
 import type { Backend } from './backend.js';
-import { make } from './dom.js';
+import { cssColor, make } from './dom.js';
 
 const BACKENDS: Record<Backend, string> = { webgpu: 'WebGPU', webgl2: 'WebGL2', cpu: 'CPU' };
 
@@ -27,7 +27,7 @@ export class Status {
     this.#region.hidden = !name;
     if (!name) return;
     this.#name.textContent = name;
-    this.#swatch.style.backgroundColor = `#${color.toString(16).padStart(8, '0')}`;
+    this.#swatch.style.backgroundColor = cssColor(color);
   }
 
   backend(name: Backend): void {

@@ -15,6 +15,8 @@ type Prepared = Style & { fill?: number; words: [outline: number, pattern: numbe
 export class Styles {
   #sheet: Required<StyleSheet> = { all: {}, colors: {}, regions: {} };
   #all: Prepared | undefined;
+  /** Of all regions, after all that is said. */
+  #base: Prepared | undefined;
   readonly #colors = new Map<number, Prepared>();
   readonly #regions = new Map<number, Prepared>();
   /** The region that is highlighted beside what styles say. */
@@ -45,6 +47,13 @@ export class Styles {
     for (const [color, style] of Object.entries(colors)) this.#colors.set(rgba(color), prepared(style));
     this.#regions.clear();
     for (const [region, style] of Object.entries(regions)) this.#regions.set(Number(region), prepared(style));
+    this.#changed(undefined);
+  }
+
+  set base(style: Style | undefined) {
+    // As the file has all of it, nothing need be written.
+    if (!this.#base && !style) return;
+    this.#base = style && prepared(style);
     this.#changed(undefined);
   }
 
@@ -150,7 +159,7 @@ export class Styles {
   /** Writes a region's record: see Style in src/style.rs. */
   #write(words: Uint32Array, at: number, region: number, own: number, ratio: number): void {
     const mark = region === this.#marked ? this.#mark : undefined;
-    const layers = [mark, this.#regions.get(region), this.#colors.get(own), this.#all];
+    const layers = [mark, this.#regions.get(region), this.#colors.get(own), this.#all, this.#base];
     const first = <T>(value: (style: Prepared) => T | undefined): T | undefined => {
       for (const layer of layers) {
         const found = layer && value(layer);

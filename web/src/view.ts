@@ -184,6 +184,18 @@ export class View {
     return undefined;
   }
 
+  /** The regions of the last frame's tiles, in ascending order, with their colours as 0xRRGGBBAA. */
+  get regions(): [region: number, color: number][] {
+    const found = new Map<number, number>();
+    for (const { tile } of this.drawn) {
+      const told = tile.regions();
+      const half = told.length / 2;
+      const colors = new DataView(told.buffer, told.byteOffset + 4 * half);
+      for (let i = 0; i < half; i++) found.set(told[i] ?? 0, colors.getUint32(4 * i));
+    }
+    return [...found].sort(([a], [b]) => a - b);
+  }
+
   /** The tiles of the last frame. */
   get drawn(): Loaded[] {
     return this.#shown?.drawn ?? [];
