@@ -401,6 +401,52 @@ test('what a page has for the poster and for progress stands in their place, as 
   await close();
 });
 
+test('a file that somebody chose, or whatever else gives bytes, is shown in place of src', async () => {
+  const { page, uncaught, close } = await open(`${files.base}none`);
+  await harness.event(page, 'load');
+  const shown = (source) =>
+    page.evaluate(
+      async ([source, lands]) => {
+        const viewer = document.querySelector('istar-viewer');
+        const bytes = await (await fetch(lands)).arrayBuffer();
+        viewer.source = {
+          file: () => new File([bytes], 'lands.istar'),
+          blob: () => new Blob([bytes]),
+          own: () => ({
+            getBytes: async (from, length) => ({ data: bytes.slice(from, from + length) }),
+            getKey: () => 'own',
+          }),
+          torn: () => new File([bytes.slice(0, 99)], 'torn.istar'),
+          throws: () => ({
+            getBytes: () => {
+              throw new Error('none today');
+            },
+            getKey: () => 'throws',
+          }),
+          nonsense: () => ({ getBytes: () => 7 }),
+          nothing: () => null,
+        }[source]();
+        const key = viewer.source?.getKey?.();
+        return viewer.painted.then(
+          () => ({ key, pixels: viewer.place }),
+          ({ kind, message }) => ({ key, kind, message }),
+        );
+      },
+      [source, `${files.base}none`],
+    );
+  const { pixels } = await shown('nothing');
+  assert.deepEqual(await shown('file'), { key: 'lands.istar', pixels });
+  assert.deepEqual(await shown('blob'), { key: '', pixels });
+  assert.deepEqual(await shown('own'), { key: 'own', pixels });
+  assert.equal((await shown('torn')).kind, 'malformed');
+  assert.match((await shown('throws')).message, /none today/);
+  await page.getByText('none today').waitFor();
+  assert.equal((await shown('nonsense')).kind, 'malformed');
+  assert.deepEqual(await shown('nothing'), { key: undefined, pixels });
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
 test('works under a strict content security policy', async () => {
   const { page, uncaught, close } = await harness.newPage(run.browser);
   await page.route('**/made/*', (route) => route.fulfill({ body: picture }));

@@ -100,7 +100,7 @@ export class Buttons {
   async #save(): Promise<void> {
     const { element } = this.#host;
     try {
-      download(await element.toBlob(), `${fileName(element.src)}.png`);
+      download(await element.toBlob(), `${fileName(element.source?.getKey() ?? element.src)}.png`);
     } catch (cause) {
       console.warn(cause);
     }

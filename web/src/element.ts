@@ -19,6 +19,7 @@ import { missing } from './missing.js';
 import { Paper } from './paper.js';
 import { Poster } from './poster.js';
 import { forgetSource, sharedSource } from './shared.js';
+import { FileSource, type Source } from './source.js';
 import { Status } from './status.js';
 import type { Style, StyleSheet } from './style.js';
 import { View } from './view.js';
@@ -162,6 +163,7 @@ export class IStarViewer extends Base {
   readonly #poster: Poster;
   readonly #box = new Box();
   readonly #approach = new Approach(this);
+  #source: Source | undefined;
   #loading: AbortController | undefined;
   #open = false;
   #backend: Backend | undefined;
@@ -234,6 +236,16 @@ export class IStarViewer extends Base {
 
   set src(url: string) {
     this.setAttribute('src', url);
+  }
+
+  /** What is shown in place of `src`, if anything: a file that somebody chose, or whatever else gives bytes. */
+  get source(): Source | undefined {
+    return this.#source;
+  }
+
+  set source(source: Source | Blob | null | undefined) {
+    this.#source = source instanceof Blob ? new FileSource(source) : (source ?? undefined);
+    if (this.#open) this.#change();
   }
 
   /** What draws, once it is known. */
@@ -398,9 +410,14 @@ export class IStarViewer extends Base {
       this.#address.follow(now);
       this.#address.read();
     } else {
-      if (name === 'src' && this.#shown) this.#address.forget();
-      this.#start();
+      this.#change(name !== 'src');
     }
+  }
+
+  /** Shows another picture, or the same in another way. */
+  #change(isSame = false): void {
+    if (this.#shown && !isSame) this.#address.forget();
+    this.#start();
   }
 
   /** Loads the picture as soon as somebody may see it. */
@@ -423,7 +440,7 @@ export class IStarViewer extends Base {
   async #load(): Promise<void> {
     this.#again = false;
     this.#stop();
-    if (!this.src) return;
+    if (!this.src && !this.#source) return;
     const loading = new AbortController();
     this.#loading = loading;
     this.#message.loading({ loaded: 0, total: undefined });
@@ -434,11 +451,13 @@ export class IStarViewer extends Base {
       renderer.catch(() => {});
       const isKnown = this.getAttribute('crossorigin') === 'use-credentials';
       const credentials = isKnown ? 'include' : 'same-origin';
-      const source = sharedSource(this.src, credentials, loading.signal, (progress) => {
-        if (loading.signal.aborted || this.#shown) return;
-        this.#message.loading(progress);
-        this.#emit('progress', progress);
-      });
+      const source =
+        this.#source ??
+        sharedSource(this.src, credentials, loading.signal, (progress) => {
+          if (loading.signal.aborted || this.#shown) return;
+          this.#message.loading(progress);
+          this.#emit('progress', progress);
+        });
       const file = await openFile(source, loading.signal);
       ready = await renderer.catch((cause) => {
         file.free();

@@ -156,23 +156,23 @@ export class FetchSource implements Source {
   }
 }
 
-/** A file that the user chose. */
+/** A file that the user chose, or bytes that have no name. */
 export class FileSource implements Source {
-  readonly #file: File;
+  readonly #file: Blob;
 
-  constructor(file: File) {
+  constructor(file: Blob) {
     this.#file = file;
   }
 
   getKey(): string {
-    return this.#file.name;
+    return this.#file instanceof File ? this.#file.name : '';
   }
 
   async getBytes(offset: number, length: number): Promise<RangeResponse> {
     try {
       return { data: await this.#file.slice(offset, offset + length).arrayBuffer() };
     } catch (cause) {
-      throw new ViewerError('network', `${this.#file.name} can no longer be read.`, cause);
+      throw new ViewerError('network', 'The file can no longer be read.', cause);
     }
   }
 }
