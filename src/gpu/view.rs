@@ -148,6 +148,8 @@ impl Layer {
                 flags: ViewUniforms::ANTIALIAS,
                 reach: 0.0,
                 texel: 0.5 * width,
+                // What a vertex is part of hangs on how many there are.
+                patches: Patches::ONE.count,
                 ..frame
             };
             Layer {

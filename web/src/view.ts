@@ -415,7 +415,8 @@ export class View {
       frame = { shown, size, step, width, height };
       const { unready } = this.styles;
       unready?.then(this.#redraw);
-      shown.complete = complete && step === 1 && !unready;
+      // A quick frame is followed by a sharp one, and so is one of fewer pixels.
+      shown.complete = complete && step === 1 && !isQuick && !unready;
     } catch (cause) {
       this.#fail(shown, cause);
       return;

@@ -23,9 +23,10 @@ fn from_far_away_it_shows_about_what_a_resting_one_does() {
     let renderer = renderer();
     // Small ones: what is made from far away is as large as the picture.
     for (name, image) in fixtures::pictures().iter().filter(|(_, image)| image.size[0] < 1000) {
-        let scene = renderer.upload(image).unwrap();
-        let placed = [(&scene, Placement::whole(image.size))];
         for scale in [0.01, 0.07, 0.3, 0.6] {
+            // Each makes its own levels.
+            let scene = renderer.upload(image).unwrap();
+            let placed = [(&scene, Placement::whole(image.size))];
             let mut camera = Camera::new(image.size, VIEWPORT);
             // Beside the middle, so that the picture's edges are in sight.
             camera.look_at(Point::new(image.size.map(|n| f64::from(n) * 0.3 + 0.37)), scale);
