@@ -85,7 +85,6 @@ fn no_sides() -> Sides {
 
 fn with_side(sides: Sides, own: u32, boundary: vec3<f32>, region: u32, candidate: u32) -> Sides {
     let steepness = length(boundary.yz);
-    // In a gap between planes the winner is on the far side of one: at the boundary, then.
     let distance = max(boundary.x, 0.0) / max(steepness, 1e-30);
     var near = sides.near;
     var next = Side(select(FAR, distance, steepness > 0.0), region, boundary, candidate);
@@ -136,19 +135,30 @@ fn rows(cut: vec3<f32>, x: vec4<f32>, y: vec4<f32>) -> vec4<f32> {
     return cut.x + cut.y * x + cut.z * y;
 }
 
-// A share of a pixel where three regions meet: sixteen places in it, no two in a row or a column.
-// `between` parts the other two, positive towards the nearer.
-fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
+// A share of a pixel where three regions meet: sixteen places in it, no two in a row or a column. The first two are positive on
+// the middle's side, and `between` parts the other two, positive towards the nearer. Each place is the deepest's, since planes
+// may leave a gap.
+fn share_of_three(
+    region: u32,
+    sides: Sides,
+    near: vec3<f32>,
+    next: vec3<f32>,
+    between: vec3<f32>,
+) -> Decoded {
     var shares = vec3(0.0);
     var i = 0u;
     loop {
         let x = vec4(-0.46875, -0.40625, -0.34375, -0.28125) + 0.25 * f32(i);
         let row = (2u * i + 1u - (i >> 1u)) & 3u;
         let y = vec4(0.03125, -0.46875, 0.28125, -0.21875) + 0.0625 * f32(row);
-        let own = step(vec4(0.0), rows(sides.near.cut, x, y))
-            * step(vec4(0.0), rows(sides.next.cut, x, y));
-        let near = (1.0 - own) * step(vec4(0.0), rows(between, x, y));
-        shares += vec3(dot(own, vec4(0.0625)), dot(near, vec4(0.0625)), 0.0);
+        let to_near = rows(near, x, y);
+        let to_next = rows(next, x, y);
+        let from_near = rows(between, x, y);
+        let near_depth = min(from_near, -to_near);
+        let next_depth = min(-to_next, -from_near);
+        let is_own = step(max(near_depth, next_depth), min(to_near, to_next));
+        let is_near = (1.0 - is_own) * step(next_depth, near_depth);
+        shares += vec3(dot(is_own, vec4(0.0625)), dot(is_near, vec4(0.0625)), 0.0);
         i++;
         if i == 4u {
             break;
@@ -170,17 +180,20 @@ fn pair(i: u32, j: u32, count: u32) -> u32 {
     return i * (2u * count - i - 1u) / 2u + j - i - 1u;
 }
 
-// What is looked for in a cell: the winner, its sides, and by pairs what parts these.
+// What is looked for in a cell: the winner, its sides, and by pairs what parts it from these and these from each other.
 const WINNER = 0u;
 const SIDES = 1u;
-const BETWEEN = 2u;
-const DONE = 3u;
+const TO_NEAR = 2u;
+const TO_NEXT = 3u;
+const BETWEEN = 4u;
+const DONE = 5u;
 
 // What a cell shows where the place in it is `u`, in units of which `per_cell` is a sub-sample.
 //
 // As a rule each candidate but the first has a cut against the first, and differences of cuts part the others: the
 // winner is the candidate whose own is greatest. Where a list has planes of its own there is a cut for each pair: the
-// winner is the candidate whose least p_ij is greatest. Of two candidates one cut tells all.
+// winner is the candidate whose least p_ij is greatest. Of two candidates one cut tells all. Planes may leave a gap, in which three
+// go round in a circle: boundaries there are where two are as deep as each other, and no p is zero.
 //
 // All cuts are looked up in one loop: a GPU that runs pixels in step pays for every place in the code that does.
 fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
@@ -201,9 +214,12 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
     var winner = 0u;
     var deepest = -FAR;
     var own = vec3(0.0);
-    // By pairs, the least p_ij of i so far.
+    // By pairs, the least p_ij of i so far, and that cut.
     var depth = FAR;
+    var least = vec3(0.0);
     var sides = no_sides();
+    var to_near = vec3(0.0);
+    var to_next = vec3(0.0);
     var between = vec3(0.0);
     loop {
         let index = select(j - 1u, pair(min(i, j), max(i, j), count), by_pairs);
@@ -226,36 +242,55 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
         } else if goal == BETWEEN {
             between = at;
             goal = DONE;
-        } else if goal == SIDES {
-            boundary = select(own - c.at, at, by_pairs);
-            is_side = j != winner;
-            j++;
-            if by_pairs & (j == i) {
-                j++;
-            }
-            if j >= count {
-                goal = select(DONE, BETWEEN, by_pairs);
-            }
+        } else if goal == TO_NEXT {
+            to_next = at;
+            i = sides.near.candidate;
+            goal = BETWEEN;
+        } else if goal == TO_NEAR {
+            to_near = at;
+            j = sides.next.candidate;
+            goal = TO_NEXT;
         } else if by_pairs {
-            depth = min(depth, select(at.x, FAR, (c.flags & NOTHING) != 0u));
+            if (at.x < depth) & ((c.flags & NOTHING) == 0u) {
+                depth = at.x;
+                least = at;
+            }
             j++;
             if j == i {
                 j++;
             }
-            if (j >= count) | (depth <= deepest) {
-                if depth > deepest {
-                    winner = i;
-                    region = select(c.other, c.region, is_second);
-                    deepest = depth;
+            if goal == WINNER {
+                if (j >= count) | (depth <= deepest) {
+                    if depth > deepest {
+                        winner = i;
+                        region = select(c.other, c.region, is_second);
+                        deepest = depth;
+                        own = least;
+                    }
+                    j = count;
                 }
+            } else if j >= count {
+                other = select(c.other, c.region, is_second);
+                candidate = i;
+                boundary = 0.5 * (own - least);
+                is_side = (i != winner) & (depth < FAR);
+            }
+            if j >= count {
                 i++;
-                j = 0u;
+                j = u32(i == 0u);
                 depth = FAR;
                 if i >= count {
-                    goal = after_winner;
-                    i = winner;
-                    j = u32(winner == 0u);
+                    goal = select(after_winner, TO_NEAR, goal == SIDES);
+                    i = 0u;
+                    j = 1u;
                 }
+            }
+        } else if goal == SIDES {
+            boundary = own - c.at;
+            is_side = j != winner;
+            j++;
+            if j >= count {
+                goal = DONE;
             }
         } else {
             if j == 1u {
@@ -280,9 +315,9 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
         if is_side {
             sides = with_side(sides, region, boundary, other, candidate);
         }
-        if goal == BETWEEN {
-            i = sides.near.candidate;
-            j = sides.next.candidate;
+        if (goal == TO_NEAR) & (i == 0u) & (j == 1u) {
+            i = winner;
+            j = sides.near.candidate;
             if (max(sides.near.distance, sides.next.distance) >= REACH) | !is_antialiased {
                 goal = DONE;
             }
@@ -298,9 +333,11 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
         return share_of_two(region, sides.near);
     }
     if !by_pairs {
-        between = sides.next.cut - sides.near.cut;
+        to_near = sides.near.cut;
+        to_next = sides.next.cut;
+        between = to_next - to_near;
     }
-    return share_of_three(region, sides, between);
+    return share_of_three(region, sides, to_near, to_next, between);
 }
 
 // A cell: its word, and log2 of its width in pixels of the scene. A solid block is one.

@@ -124,6 +124,55 @@ impl Candidates {
         (kept, seen)
     }
 
+    /// For cuts by pairs: the same where within `reach` each that may be seen has one p_ij that is its least all over. That one is
+    /// then how deep a place is in it, and differences of two such part them. In a gap between planes every p is far from
+    /// zero, and f32 would lose what little they differ by. `None` where somebody's least changes.
+    #[cfg_attr(not(feature = "pack"), allow(dead_code))]
+    pub fn settled(
+        &self,
+        about: impl Fn(usize) -> Biquadratic,
+        reach: f64,
+    ) -> Option<(Self, Vec<Biquadratic>)> {
+        let count = self.regions.len();
+        let from = |i: usize| {
+            let about = &about;
+            (0..count).filter(move |&j| j != i).filter_map(move |j| {
+                let pair = self.pair(i.min(j), i.max(j));
+                let against = about(pair);
+                let seen = if i < j { Biquadratic::default().minus(&against) } else { against };
+                (!self.is_level(pair)).then_some(seen)
+            })
+        };
+        let bounds = |i: usize| {
+            from(i).fold([f64::INFINITY; 2], |[low, high], p| {
+                let (value, sway) = (p.0[0][0], p.sway(reach));
+                [low.min(value - sway), high.min(value + sway)]
+            })
+        };
+        let bounds: Vec<[f64; 2]> = (0..count).map(bounds).collect();
+        let deep = bounds.iter().map(|bound| bound[0]).fold(f64::NEG_INFINITY, f64::max);
+        let mut depths = Vec::new();
+        for i in (0..count).filter(|&i| bounds[i][1] >= deep) {
+            let least = from(i).min_by(|p, q| p.0[0][0].total_cmp(&q.0[0][0]))?;
+            let is_least = from(i).all(|p| {
+                let above = p.minus(&least);
+                p == least || above.0[0][0] > above.sway(reach)
+            });
+            if !is_least {
+                return None;
+            }
+            depths.push((self.regions[i], least));
+        }
+        depths.sort_by(|(_, p), (_, q)| q.0[0][0].total_cmp(&p.0[0][0]));
+        let (_, first) = *depths.first()?;
+        let kept = Candidates {
+            regions: depths.iter().map(|&(region, _)| region).collect(),
+            by_pairs: false,
+            planes: Vec::new(),
+        };
+        Some((kept, depths[1..].iter().map(|(_, depth)| depth.minus(&first)).collect()))
+    }
+
     /// Whether cut `k` parts nothing: its candidates are in one place.
     pub fn is_level(&self, k: usize) -> bool {
         self.planes[k].0 == [0.0; 3]

@@ -106,10 +106,13 @@ impl Close {
         let value = cuts::value(image, at.cells, at.cell);
         let about = |k: usize| candidates.cut(k, &value).about(from, view.scale * texel_size);
         let first = self.cuts.len() as u32;
-        if candidates.by_pairs {
+        let seen = match candidates.by_pairs {
+            true => candidates.settled(about, reach),
+            false => Some(candidates.seen(about, reach)),
+        };
+        let Some((kept, cuts)) = seen else {
             return pack::push_cuts(&candidates, about, first, &mut self.cuts);
-        }
-        let (kept, cuts) = candidates.seen(about, reach);
+        };
         match kept.only_region() {
             Some(region) => pack::SOLID | region,
             None => pack::push_cuts(&kept, |k| cuts[k], first, &mut self.cuts),

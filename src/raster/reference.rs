@@ -187,6 +187,8 @@ pub(super) struct Around {
     value: Value<3>,
     /// The value's derivatives by sub-samples.
     jacobian: [[f64; 2]; 3],
+    /// Some of the candidates have a plane of their own between them.
+    by_planes: bool,
 }
 
 impl Around {
@@ -202,6 +204,7 @@ impl Around {
                     siblings: Vec::new(),
                     value,
                     jacobian,
+                    by_planes: false,
                 });
             }
             Located::Cell(at) => at,
@@ -210,14 +213,20 @@ impl Around {
         let (value, jacobian) = model.interpolate(&at);
         let jacobian = jacobian.map(|row| row.map(|d| d * sub_pixel));
         let node = model.winner(candidates, value)?;
-        let mut around = Around { node, sides: Vec::new(), siblings: Vec::new(), value, jacobian };
         let region = |node: NodeId| model.nodes[node as usize].region;
-        for &other in candidates {
-            if other == node || region(other).is_none() {
-                continue;
-            }
+        let real: Vec<NodeId> =
+            candidates.iter().copied().filter(|&node| region(node).is_some()).collect();
+        let mut pairs = real.iter().flat_map(|&a| real.iter().map(move |&b| [a, b]));
+        let by_planes = pairs.any(|[a, b]| a < b && model.edge_plane(a, b).is_some());
+        let (sides, siblings) = (Vec::new(), Vec::new());
+        let mut around = Around { node, sides, siblings, value, jacobian, by_planes };
+        for &other in real.iter().filter(|&&other| other != node) {
             let is_sibling = region(other) == region(node);
-            let Some(linear) = around.linear(model, node, other) else { continue };
+            let linear = match by_planes {
+                true => around.lead(model, &real, other),
+                false => around.linear(model, node, other),
+            };
+            let Some(linear) = linear else { continue };
             let steepness = linear[1].hypot(linear[2]);
             let distance =
                 if steepness > 0.0 { linear[0].max(0.0) / steepness } else { f64::INFINITY };
@@ -238,6 +247,19 @@ impl Around {
         Some([plane.at(self.value), along(0), along(1)])
     }
 
+    /// How much deeper the place is in the winner than in another, halved: where each has the other for its nearest rival, their p. Planes
+    /// may leave a gap, in which three go round in a circle: boundaries there are where two are as deep as each other, and
+    /// no p is zero.
+    fn lead(&self, model: &Image, real: &[NodeId], other: NodeId) -> Option<Linear> {
+        let depth = |node: NodeId| {
+            let others = real.iter().filter(|&&other| other != node);
+            let all = others.filter_map(|&other| self.linear(model, node, other));
+            all.min_by(|p, q| p[0].total_cmp(&q[0]))
+        };
+        let (own, other) = (depth(self.node)?, depth(other)?);
+        Some(std::array::from_fn(|i| 0.5 * (own[i] - other[i])))
+    }
+
     /// How much of a sub-sample up to three nodes cover, these taken as straight within it.
     pub fn shares(&self, model: &Image) -> [Option<(NodeId, f64)>; 3] {
         let mut near = self.sides.iter().filter(|side| side.distance < REACH);
@@ -250,7 +272,11 @@ impl Around {
         };
         // Three nodes meet, of which two may be of one region.
         let between = self.linear(model, first.node, next.node).unwrap_or([0.0; 3]);
-        let counts = shares_of_three(first.linear, next.linear, between);
+        let [to_first, to_next] = [first, next].map(|side| match self.by_planes {
+            true => self.linear(model, self.node, side.node).unwrap_or([0.0; 3]),
+            false => side.linear,
+        });
+        let counts = shares_of_three(to_first, to_next, between);
         [Some((self.node, counts[0])), Some((first.node, counts[1])), Some((next.node, counts[2]))]
     }
 }

@@ -25,16 +25,18 @@ pub(super) fn share_of_square(distance: f64, normal: [f64; 2]) -> f64 {
 
 /// How much of a pixel each of three regions covers: the middle's own, the nearest and the next. The
 /// first two are positive on the middle's side of each, `between` on the side of the nearest. Sixteen
-/// places in the pixel are counted, no two in a row or a column.
+/// places in the pixel are counted, no two in a row or a column: each is the deepest's, since planes may leave a gap.
 pub(super) fn shares_of_three(near: Linear, next: Linear, between: Linear) -> [f64; 3] {
     const ROWS: [u8; 16] = [9, 1, 13, 5, 11, 3, 15, 7, 8, 0, 12, 4, 10, 2, 14, 6];
     let mut counts = [0.0; 3];
     for (i, row) in (0u8..).zip(ROWS) {
         let [x, y] = [i, row].map(|n| (f64::from(n) + 0.5) / 16.0 - 0.5);
         let at = |[p, by_x, by_y]: Linear| p + by_x * x + by_y * y;
-        let owner = if at(near) >= 0.0 && at(next) >= 0.0 {
+        let [near, next, between] = [near, next, between].map(at);
+        let depths = [near.min(next), between.min(-near), (-next).min(-between)];
+        let owner = if depths[0] >= depths[1].max(depths[2]) {
             0
-        } else if at(between) >= 0.0 {
+        } else if depths[1] >= depths[2] {
             1
         } else {
             2

@@ -35,6 +35,15 @@ export function encodedLands(folder) {
   return encoded(folder, 'lands', [96, 64], lands, '--names', names, '--texel-size', '4');
 }
 
+/** A part of a picture as a file in a folder. */
+export function encodedPart(folder, name, picture, [left, top, width, height], ...options) {
+  const colorAt = (x, y) => {
+    const from = 4 * ((top + y) * picture.width + left + x);
+    return [...picture.data.subarray(from, from + 3)];
+  };
+  return encoded(folder, name, [width, height], colorAt, ...options);
+}
+
 /** A picture of that size, by the colour of each pixel, as a file in a folder. */
 function encoded(folder, name, [width, height], colorAt, ...options) {
   const picture = new PNG({ width, height });

@@ -4,7 +4,7 @@ use crate::fixtures;
 use crate::views::{on_a_boundary, reference};
 use istar::grid::Point;
 use istar::raster::{self, Painter};
-use istar::{Camera, Image, Kernel};
+use istar::{Camera, Gamma, Image, Kernel};
 use std::collections::BTreeSet;
 
 const VIEWPORT: [u32; 2] = [32, 24];
@@ -72,8 +72,9 @@ pub fn supersampled(image: &Image, camera: &Camera) -> Vec<Oracle> {
 
 #[test]
 fn at_every_scale_it_is_the_mean_of_many_samples() {
-    let real = |name: &str| name.contains("map") || name.contains("emblem");
-    for (name, image) in fixtures::pictures().iter().filter(|(name, _)| real(name)) {
+    for (name, kernel, gamma) in real() {
+        let image = fixtures::gallery_encoded_with(name, 8, kernel, gamma);
+        let name = format!("{name}, {}, {gamma:?}", kernel.name());
         #[cfg(feature = "gpu")]
         let (renderer, scene) = {
             let renderer = istar::gpu::Renderer::new(Default::default()).expect("a GPU driver");
@@ -111,6 +112,15 @@ fn at_every_scale_it_is_the_mean_of_many_samples() {
             }
         }
     }
+}
+
+/// The gallery's pictures with all kernels and both γ.
+fn real() -> impl Iterator<Item = (&'static str, Kernel, Gamma)> {
+    let kernels = [Kernel::Quadratic, Kernel::Linear];
+    let all = kernels.map(|kernel| [Gamma::Voronoi, Gamma::Planes].map(|gamma| (kernel, gamma)));
+    ["map", "emblem"].into_iter().flat_map(move |name| {
+        all.into_iter().flatten().map(move |(kernel, gamma)| (name, kernel, gamma))
+    })
 }
 
 /// The PSNR of all pixels, and how many have a channel off by more than [`MOST`] of the contrast around. Three

@@ -78,13 +78,19 @@ impl<'a> CellView<'a> {
             return own;
         }
         let mut sides = [None, None];
+        let depth = if *by_pairs { self.depth(rows, x, winner) } else { None };
         for other in (0..regions.len()).filter(|&other| other != winner) {
             // Most are too far away, whatever the gradient is.
             let apart = values[winner] - values[other];
             if !by_pairs && apart > REACH * self.steepest(winner, other) {
                 continue;
             }
-            let linear = self.between(rows, x, winner, other);
+            let linear = match depth.map(|own| (own, self.depth(rows, x, other))) {
+                None => self.between(rows, x, winner, other),
+                Some((_, None)) => continue,
+                // See `lead` of the reference.
+                Some((own, Some(other))) => std::array::from_fn(|i| 0.5 * (own[i] - other[i])),
+            };
             let steepness = (linear[1] * linear[1] + linear[2] * linear[2]).sqrt();
             let distance = linear[0].max(0.0) / steepness;
             // Not a number where it is level: then too it is far away.
@@ -101,7 +107,11 @@ impl<'a> CellView<'a> {
             }
             [Some(near), Some(next)] => {
                 let between = self.between(rows, x, near.candidate, next.candidate);
-                let counts = shares_of_three(near.linear, next.linear, between);
+                let [to_near, to_next] = [near, next].map(|side| match by_pairs {
+                    true => self.between(rows, x, winner, side.candidate),
+                    false => side.linear,
+                });
+                let counts = shares_of_three(to_near, to_next, between);
                 [(region, counts[0]), (near.region, counts[1]), (next.region, counts[2])]
             }
         }
@@ -116,6 +126,15 @@ impl<'a> CellView<'a> {
         let ahead = |i: usize| if i == 0 { [0.0; 3] } else { rows[i - 1].at(x) };
         let (i, j) = (ahead(i), ahead(j));
         std::array::from_fn(|n| i[n] - j[n])
+    }
+
+    /// By pairs, the least p_ij of a candidate; none where nothing parts it from any.
+    fn depth(&self, rows: &[Row<f64>], x: f64, i: usize) -> Option<Linear> {
+        let others = (0..self.candidates.regions.len()).filter(|&j| j != i);
+        let parted =
+            others.filter(|&j| !self.candidates.is_level(self.candidates.pair(i.min(j), i.max(j))));
+        let all = parted.map(|j| self.between(rows, x, i, j));
+        all.min_by(|p, q| p[0].total_cmp(&q[0]))
     }
 
     /// No less than the gradient of what is between two candidates.
