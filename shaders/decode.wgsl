@@ -135,24 +135,17 @@ fn rows(cut: vec3<f32>, x: vec4<f32>, y: vec4<f32>) -> vec4<f32> {
     return cut.x + cut.y * x + cut.z * y;
 }
 
-// A share of a pixel where three regions meet: sixteen places in it, no two in a row or a column. The first two are positive on
-// the middle's side, and `between` parts the other two, positive towards the nearer. Each place is the deepest's, since planes
-// may leave a gap.
-fn share_of_three(
-    region: u32,
-    sides: Sides,
-    near: vec3<f32>,
-    next: vec3<f32>,
-    between: vec3<f32>,
-) -> Decoded {
+// A share of a pixel where three regions meet: sixteen places in it, no two in a row or a column. `between` parts the other two,
+// positive towards the nearer. Each place is the deepest's, since planes may leave a gap.
+fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
     var shares = vec3(0.0);
     var i = 0u;
     loop {
         let x = vec4(-0.46875, -0.40625, -0.34375, -0.28125) + 0.25 * f32(i);
         let row = (2u * i + 1u - (i >> 1u)) & 3u;
         let y = vec4(0.03125, -0.46875, 0.28125, -0.21875) + 0.0625 * f32(row);
-        let to_near = rows(near, x, y);
-        let to_next = rows(next, x, y);
+        let to_near = rows(sides.near.cut, x, y);
+        let to_next = rows(sides.next.cut, x, y);
         let from_near = rows(between, x, y);
         let near_depth = min(from_near, -to_near);
         let next_depth = min(-to_next, -from_near);
@@ -218,8 +211,6 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
     var depth = FAR;
     var least = vec3(0.0);
     var sides = no_sides();
-    var to_near = vec3(0.0);
-    var to_next = vec3(0.0);
     var between = vec3(0.0);
     loop {
         let index = select(j - 1u, pair(min(i, j), max(i, j), count), by_pairs);
@@ -243,11 +234,11 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
             between = at;
             goal = DONE;
         } else if goal == TO_NEXT {
-            to_next = at;
+            sides.next.cut = at;
             i = sides.near.candidate;
             goal = BETWEEN;
         } else if goal == TO_NEAR {
-            to_near = at;
+            sides.near.cut = at;
             j = sides.next.candidate;
             goal = TO_NEXT;
         } else if by_pairs {
@@ -259,25 +250,20 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
             if j == i {
                 j++;
             }
-            if goal == WINNER {
-                if (j >= count) | (depth <= deepest) {
-                    if depth > deepest {
-                        winner = i;
-                        region = select(c.other, c.region, is_second);
-                        deepest = depth;
-                        own = least;
-                    }
-                    j = count;
-                }
-            } else if j >= count {
-                other = select(c.other, c.region, is_second);
-                candidate = i;
-                boundary = 0.5 * (own - least);
-                is_side = (i != winner) & (depth < FAR);
-            }
             if j >= count {
+                other = select(c.other, c.region, is_second);
+                if goal == SIDES {
+                    candidate = i;
+                    boundary = own - least;
+                    is_side = (i != winner) & (depth < FAR);
+                } else if depth > deepest {
+                    winner = i;
+                    region = other;
+                    deepest = depth;
+                    own = least;
+                }
                 i++;
-                j = u32(i == 0u);
+                j = 0u;
                 depth = FAR;
                 if i >= count {
                     goal = select(after_winner, TO_NEAR, goal == SIDES);
@@ -333,11 +319,9 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
         return share_of_two(region, sides.near);
     }
     if !by_pairs {
-        to_near = sides.near.cut;
-        to_next = sides.next.cut;
-        between = to_next - to_near;
+        between = sides.next.cut - sides.near.cut;
     }
-    return share_of_three(region, sides, to_near, to_next, between);
+    return share_of_three(region, sides, between);
 }
 
 // A cell: its word, and log2 of its width in pixels of the scene. A solid block is one.

@@ -64,7 +64,7 @@ impl Deciding {
     pub fn cuts(&self) -> usize {
         match self {
             Deciding::Solid(_) => 0,
-            Deciding::Between(candidates) => candidates.planes.len(),
+            Deciding::Between(candidates) => candidates.cuts(),
         }
     }
 }
@@ -84,6 +84,8 @@ fn score(image: &Image, first: NodeId, i: NodeId) -> ([f64; 3], f64) {
 
 impl Candidates {
     /// The place of pair (i, j), i < j, among the cuts, where these are by pairs.
+    // Out of line, as below: for the sake of the viewer's bytes.
+    #[inline(never)]
     pub fn pair(&self, i: usize, j: usize) -> usize {
         i * (2 * self.regions.len() - i - 1) / 2 + j - i - 1
     }
@@ -124,53 +126,48 @@ impl Candidates {
         (kept, seen)
     }
 
-    /// For cuts by pairs: the same where within `reach` each that may be seen has one p_ij that is its least all over. That one is
-    /// then how deep a place is in it, and differences of two such part them. In a gap between planes every p is far from
-    /// zero, and f32 would lose what little they differ by. `None` where somebody's least changes.
-    #[cfg_attr(not(feature = "pack"), allow(dead_code))]
-    pub fn settled(
-        &self,
-        about: impl Fn(usize) -> Biquadratic,
-        reach: f64,
-    ) -> Option<(Self, Vec<Biquadratic>)> {
+    /// How many cuts a cell with these has.
+    #[cfg(feature = "pack")]
+    pub fn cuts(&self) -> usize {
+        self.planes.len()
+    }
+
+    /// Of cuts by pairs about some middle: how much deeper a place is in each candidate than in the first, where within `reach` one
+    /// p_ij of each is its least all over; else `None`. In a gap between planes every p is far from zero, and f32 would lose what
+    /// little these differ by.
+    #[cfg(feature = "gpu")]
+    pub fn leads(&self, cuts: &[Biquadratic], reach: f64) -> Option<Vec<Biquadratic>> {
         let count = self.regions.len();
-        let from = |i: usize| {
-            let about = &about;
-            (0..count).filter(move |&j| j != i).filter_map(move |j| {
-                let pair = self.pair(i.min(j), i.max(j));
-                let against = about(pair);
-                let seen = if i < j { Biquadratic::default().minus(&against) } else { against };
-                (!self.is_level(pair)).then_some(seen)
-            })
-        };
-        let bounds = |i: usize| {
-            from(i).fold([f64::INFINITY; 2], |[low, high], p| {
-                let (value, sway) = (p.0[0][0], p.sway(reach));
-                [low.min(value - sway), high.min(value + sway)]
-            })
-        };
-        let bounds: Vec<[f64; 2]> = (0..count).map(bounds).collect();
-        let deep = bounds.iter().map(|bound| bound[0]).fold(f64::NEG_INFINITY, f64::max);
-        let mut depths = Vec::new();
-        for i in (0..count).filter(|&i| bounds[i][1] >= deep) {
-            let least = from(i).min_by(|p, q| p.0[0][0].total_cmp(&q.0[0][0]))?;
-            let is_least = from(i).all(|p| {
-                let above = p.minus(&least);
-                p == least || above.0[0][0] > above.sway(reach)
-            });
-            if !is_least {
-                return None;
+        let mut leads = Vec::with_capacity(count);
+        let mut first = Biquadratic::default();
+        for i in 0..count {
+            let mut least: Option<Biquadratic> = None;
+            let mut nearest = f64::INFINITY;
+            for j in 0..count {
+                let k = if i == j { continue } else { self.pair(i.min(j), i.max(j)) };
+                if self.is_level(k) {
+                    continue;
+                }
+                let p = if i < j { Biquadratic::default().minus(&cuts[k]) } else { cuts[k] };
+                let Some(before) = least else {
+                    least = Some(p);
+                    continue;
+                };
+                let above = p.minus(&before);
+                nearest = nearest.min(above.0[0][0].abs() - above.sway(reach));
+                if above.0[0][0] < 0.0 {
+                    least = Some(p);
+                }
             }
-            depths.push((self.regions[i], least));
+            // Each is told from the least before it: all of these lie apart from each other, or nothing is said.
+            let own = least.filter(|_| nearest > 0.0)?;
+            if i == 0 {
+                first = own;
+            } else {
+                leads.push(own.minus(&first));
+            }
         }
-        depths.sort_by(|(_, p), (_, q)| q.0[0][0].total_cmp(&p.0[0][0]));
-        let (_, first) = *depths.first()?;
-        let kept = Candidates {
-            regions: depths.iter().map(|&(region, _)| region).collect(),
-            by_pairs: false,
-            planes: Vec::new(),
-        };
-        Some((kept, depths[1..].iter().map(|(_, depth)| depth.minus(&first)).collect()))
+        Some(leads)
     }
 
     /// Whether cut `k` parts nothing: its candidates are in one place.
@@ -243,11 +240,13 @@ impl Biquadratic {
     }
 
     /// This less another.
+    #[inline(never)]
     pub fn minus(&self, other: &Self) -> Self {
         Biquadratic(std::array::from_fn(|a| std::array::from_fn(|b| self.0[a][b] - other.0[a][b])))
     }
 
     /// The most that the value differs from that at the origin within `reach` of it, along each axis.
+    #[inline(never)]
     pub fn sway(&self, reach: f64) -> f64 {
         let power = [0.0, reach, reach.powi(2), reach.powi(3), reach.powi(4)];
         let terms = (0..9).map(|i| self.0[i / 3][i % 3].abs() * power[i / 3 + i % 3]);

@@ -5,7 +5,7 @@
 //! The limit is f64's: the middle itself has no more digits.
 
 use super::pack::{self, Cut, Packed, Table};
-use crate::cuts::{self, Deciding};
+use crate::cuts::{self, Biquadratic, Deciding};
 use crate::grid::Point;
 use crate::limits::MAX_CANDIDATES;
 use crate::model::{Image, Located};
@@ -104,18 +104,20 @@ impl Close {
             at.u[axis] + (whole + view.center.frac[axis]) / texel_size
         });
         let value = cuts::value(image, at.cells, at.cell);
-        let about = |k: usize| candidates.cut(k, &value).about(from, view.scale * texel_size);
+        let unit = view.scale * texel_size;
+        let mut cuts: Vec<Biquadratic> =
+            (0..candidates.cuts()).map(|k| candidates.cut(k, &value).about(from, unit)).collect();
         let first = self.cuts.len() as u32;
-        let seen = match candidates.by_pairs {
-            true => candidates.settled(about, reach),
-            false => Some(candidates.seen(about, reach)),
-        };
-        let Some((kept, cuts)) = seen else {
-            return pack::push_cuts(&candidates, about, first, &mut self.cuts);
-        };
+        if candidates.by_pairs {
+            match candidates.leads(&cuts, reach) {
+                Some(leads) => cuts = leads,
+                None => return pack::push_cuts(&candidates, &cuts, first, &mut self.cuts),
+            }
+        }
+        let (kept, cuts) = candidates.seen(|k| cuts[k], reach);
         match kept.only_region() {
             Some(region) => pack::SOLID | region,
-            None => pack::push_cuts(&kept, |k| cuts[k], first, &mut self.cuts),
+            None => pack::push_cuts(&kept, &cuts, first, &mut self.cuts),
         }
     }
 }

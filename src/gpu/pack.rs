@@ -210,14 +210,15 @@ impl Packed {
         deciding: &[Deciding],
         mut count: usize,
     ) -> usize {
-        let mut cuts = Vec::new();
+        let (mut own, mut cuts) = (Vec::new(), Vec::new());
         for (cell, &list) in grid::places(image.cell_grid(cells.texel_log2)).zip(&cells.lists) {
             let word = match &deciding[list as usize] {
                 Deciding::Solid(region) => SOLID | region,
                 Deciding::Between(candidates) => {
                     let value = cuts::value(image, cells, cell);
-                    let cut = |k| candidates.cut(k, &value);
-                    let word = push_cuts(candidates, cut, count as u32, &mut cuts);
+                    own.clear();
+                    own.extend((0..candidates.cuts()).map(|k| candidates.cut(k, &value)));
+                    let word = push_cuts(candidates, &own, count as u32, &mut cuts);
                     stand_up(&mut self.cuts, count, &cuts);
                     count += cuts.len();
                     cuts.clear();
@@ -230,17 +231,17 @@ impl Packed {
     }
 }
 
-/// Appends the cuts of one cell, the first of which will be number `first`, and returns its word.
+/// Appends the cuts of one cell, `own`, the first of which will be number `first`, and returns its word.
 pub(super) fn push_cuts(
     candidates: &Candidates,
-    cut: impl Fn(usize) -> Biquadratic,
+    own: &[Biquadratic],
     first: u32,
     cuts: &mut Vec<Cut>,
 ) -> u32 {
     let Candidates { regions, by_pairs, .. } = candidates;
     let count = regions.len();
     let mut push = |k: usize, words: [u32; 3]| {
-        let columns = cut(k).0;
+        let columns = own[k].0;
         cuts.push(std::array::from_fn(|a| {
             let [c0, c1, c2] = columns[a].map(|c| (c as f32).to_bits());
             [c0, c1, c2, words[a]]

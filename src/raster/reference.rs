@@ -247,7 +247,7 @@ impl Around {
         Some([plane.at(self.value), along(0), along(1)])
     }
 
-    /// How much deeper the place is in the winner than in another, halved: where each has the other for its nearest rival, their p. Planes
+    /// How much deeper the place is in the winner than in another: where each has the other for its nearest rival, twice their p. Planes
     /// may leave a gap, in which three go round in a circle: boundaries there are where two are as deep as each other, and
     /// no p is zero.
     fn lead(&self, model: &Image, real: &[NodeId], other: NodeId) -> Option<Linear> {
@@ -257,7 +257,7 @@ impl Around {
             all.min_by(|p, q| p[0].total_cmp(&q[0]))
         };
         let (own, other) = (depth(self.node)?, depth(other)?);
-        Some(std::array::from_fn(|i| 0.5 * (own[i] - other[i])))
+        Some(std::array::from_fn(|i| own[i] - other[i]))
     }
 
     /// How much of a sub-sample up to three nodes cover, these taken as straight within it.

@@ -113,19 +113,9 @@ pub fn each_sound(
 
 /// One of the gallery's pictures, encoded with default options but for these: once, which takes a while.
 pub fn gallery_encoded(name: &'static str, texel_size: u32, kernel: Kernel) -> &'static Image {
-    gallery_encoded_with(name, texel_size, kernel, Gamma::Voronoi)
-}
-
-/// The same with either γ.
-pub fn gallery_encoded_with(
-    name: &'static str,
-    texel_size: u32,
-    kernel: Kernel,
-    gamma: Gamma,
-) -> &'static Image {
-    type Key = (&'static str, u32, Kernel, Gamma);
+    type Key = (&'static str, u32, Kernel);
     static ENCODED: Mutex<Vec<(Key, &'static OnceLock<Image>)>> = Mutex::new(Vec::new());
-    let key = (name, texel_size, kernel, gamma);
+    let key = (name, texel_size, kernel);
     let image = {
         let mut all = ENCODED.lock().unwrap();
         let known = all.iter().find(|(other, _)| *other == key).map(|&(_, image)| image);
@@ -136,7 +126,7 @@ pub fn gallery_encoded_with(
         })
     };
     // Others may ask for other pictures meanwhile.
-    image.get_or_init(|| encoded_with(&gallery(name), texel_size, kernel, gamma))
+    image.get_or_init(|| encoded(&gallery(name), texel_size, kernel))
 }
 
 /// Encodes with default options but for these.

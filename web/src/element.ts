@@ -329,11 +329,9 @@ export class IStarViewer extends Base {
 
   /** The regions in view, and those of its tiles that are not far from it, in ascending order. */
   get regions(): ShownRegion[] {
-    const names = this.#view.file?.names;
-    return this.#view.regions.map(([region, color]) => ({
-      region,
-      name: names?.get(color),
-      color: cssColor(color),
+    return this.#view.regions.map((region) => ({
+      ...this.#named(region),
+      color: cssColor(this.#view.regionColor(region) ?? 0),
     }));
   }
 

@@ -46,6 +46,6 @@ export class Poster {
 
   get #inside(): HTMLImageElement | undefined {
     const images = [...this.#element.querySelectorAll('img')];
-    return images.find((image) => !image.closest('[slot="legend"], [slot="progress"]'));
+    return images.find((image) => !image.closest('[slot]:not([slot="poster"])'));
   }
 }

@@ -184,16 +184,14 @@ export class View {
     return undefined;
   }
 
-  /** The regions of the last frame's tiles, in ascending order, with their colours as 0xRRGGBBAA. */
-  get regions(): [region: number, color: number][] {
-    const found = new Map<number, number>();
-    for (const { tile } of this.drawn) {
-      const told = tile.regions();
-      const half = told.length / 2;
-      const colors = new DataView(told.buffer, told.byteOffset + 4 * half);
-      for (let i = 0; i < half; i++) found.set(told[i] ?? 0, colors.getUint32(4 * i));
-    }
-    return [...found].sort(([a], [b]) => a - b);
+  /** The regions of the last frame's tiles, in ascending order. */
+  get regions(): number[] {
+    const told = this.drawn.flatMap(({ tile }) => {
+      // Their colours come after them.
+      const words = tile.regions();
+      return [...words.subarray(0, words.length / 2)];
+    });
+    return ascending(told);
   }
 
   /** The tiles of the last frame. */
@@ -336,7 +334,7 @@ export class View {
     );
     const found = drawn.flatMap(({ tile }) => [...tile.regionsWithin(camera, places)]);
     const { absorbed } = this.styles;
-    return [...new Set(found.map((region) => absorbed.get(region) ?? region))].sort((a, b) => a - b);
+    return ascending(found.map((region) => absorbed.get(region) ?? region));
   }
 
   redraw(): void {
@@ -461,6 +459,11 @@ export class View {
     shown.complete = false;
     this.#hooks.failed(viewerError(cause, 'gpu'));
   }
+}
+
+/** Each once. */
+function ascending(numbers: number[]): number[] {
+  return [...new Set(numbers)].sort((a, b) => a - b);
 }
 
 function deviceSize({ contentRect, devicePixelContentBoxSize }: ResizeObserverEntry): Size {

@@ -89,7 +89,7 @@ impl<'a> CellView<'a> {
                 None => self.between(rows, x, winner, other),
                 Some((_, None)) => continue,
                 // See `lead` of the reference.
-                Some((own, Some(other))) => std::array::from_fn(|i| 0.5 * (own[i] - other[i])),
+                Some((own, Some(other))) => std::array::from_fn(|i| own[i] - other[i]),
             };
             let steepness = (linear[1] * linear[1] + linear[2] * linear[2]).sqrt();
             let distance = linear[0].max(0.0) / steepness;
