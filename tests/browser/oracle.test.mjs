@@ -63,6 +63,10 @@ async function show([src, backends, { width, height }]) {
   });
   document.body.replaceChildren(...viewers);
   await Promise.all(viewers.map((viewer) => viewer.painted));
+  // They stay where they are, and millions of places are picked.
+  const canvas = viewers[0].shadowRoot.querySelector('.stage canvas');
+  const box = canvas.getBoundingClientRect();
+  canvas.getBoundingClientRect = () => box;
 }
 
 /** In the page: a place where so many regions meet, to f64's last digit but few. */
@@ -73,20 +77,18 @@ async function seek(wanted) {
   await viewer.painted;
   const [wide, high] = viewer.style.getPropertyValue('--istar-aspect').split('/').map(Number);
   /** In a view of that scale, the place nearest to the middle around which so many meet. */
-  const nearest = async (x, y, scale) => {
+  const nearest = (x, y, scale) => {
+    // The picture is one tile: nothing need be painted for it.
     viewer.zoomTo(x, y, scale);
-    await viewer.painted;
-    const step = 0.5;
-    const [columns, rows] = [width / step, height / step];
     const picked = [];
-    for (let i = 0; i < columns * rows; i++)
-      picked.push(viewer.pick(((i % columns) + 0.5) * step, (Math.floor(i / columns) + 0.5) * step));
+    for (let i = 0; i < width * height; i++)
+      picked.push(viewer.pick((i % width) + 0.5, Math.floor(i / width) + 0.5));
     let found;
-    for (let row = 1; row < rows; row++)
-      for (let column = 1; column < columns; column++) {
-        const at = row * columns + column;
-        const around = new Set([at, at - 1, at - columns, at - columns - 1].map((i) => picked[i]));
-        const [dx, dy] = [column * step - width / 2, row * step - height / 2];
+    for (let row = 1; row < height; row++)
+      for (let column = 1; column < width; column++) {
+        const at = row * width + column;
+        const around = new Set([at, at - 1, at - width, at - width - 1].map((i) => picked[i]));
+        const [dx, dy] = [column - width / 2, row - height / 2];
         if (around.size < wanted || around.has(undefined)) continue;
         const far = Math.hypot(dx, dy);
         if (!found || far < found.far) found = { far, x: x + dx / scale, y: y + dy / scale };
@@ -96,8 +98,8 @@ async function seek(wanted) {
   // Views side by side, until one has such a place.
   for (let y = 100; y < high - 50; y += 24)
     for (let x = 100; x < wide - 50; x += 32) {
-      let found = await nearest(x, y, 1);
-      for (let scale = 8; found && scale < 1e13; scale *= 8) found = await nearest(found.x, found.y, scale);
+      let found = nearest(x, y, 1);
+      for (let scale = 8; found && scale < 1e13; scale *= 8) found = nearest(found.x, found.y, scale);
       if (found) return [found.x, found.y];
     }
   return undefined;
@@ -142,10 +144,11 @@ async function compare([place, scale]) {
     viewer.place = `${x},${y},${scale}`;
     for (const [i, { regions, sum, low, high }] of oracle.entries()) {
       const region = viewer.pick((i % width) + 0.5, Math.floor(i / width) + 0.5);
-      regions.add(region);
       const color = colors.get(region);
+      for (let c = 0; c < 4; c++) sum[c] += color[c] / SAMPLES ** 2;
+      if (regions.has(region)) continue;
+      regions.add(region);
       for (let c = 0; c < 4; c++) {
-        sum[c] += color[c] / SAMPLES ** 2;
         low[c] = Math.min(low[c], color[c]);
         high[c] = Math.max(high[c], color[c]);
       }
