@@ -92,6 +92,20 @@ test('opacity and outline of what has a name are behind a button', async () => {
   await close();
 });
 
+test('what is lit is so no longer when its name goes away under the pointer', async () => {
+  const { page, uncaught, legend, close } = await opened('few');
+  await legend.getByText('Lake').hover();
+  const lit = () =>
+    page.evaluate(() =>
+      Object.values(document.querySelector('istar-viewer').styles.colors).some((style) => style.highlight),
+    );
+  assert.equal(await lit(), true);
+  await page.evaluate(() => document.querySelector('istar-legend').setAttribute('for', 'nobody'));
+  assert.equal(await lit(), false);
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
 test('styles are saved as JSON', async () => {
   const { page, uncaught, legend, close } = await opened('few');
   await legend.getByLabel('Colour of Lake').fill('#102030');

@@ -72,6 +72,8 @@ export class IStarLegend extends Base {
 
   connectedCallback(): void {
     this.#following?.abort();
+    // Of the viewer that it was.
+    this.#light(undefined);
     const following = new AbortController();
     const { signal } = following;
     this.#following = following;
@@ -112,7 +114,7 @@ export class IStarLegend extends Base {
   #show(names: ReadonlyMap<number, string>): void {
     this.#names = names;
     this.#rows = [];
-    // What it was on goes away without the pointer's leaving it.
+    // The pointer leaves no row that goes away under it.
     this.#light(undefined);
     this.#list.replaceChildren();
     this.#save.textContent = say('Save styles');
