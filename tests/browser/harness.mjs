@@ -316,6 +316,11 @@ function difference(actual, expected, tolerance) {
   return { share: count / (width * height), picture };
 }
 
+/** Keeps what was to be alike, and says where. */
+export function keepUnlike(label, actual, expected) {
+  return keepFailure(label, expected, difference(actual, expected, CHANNEL).picture, actual);
+}
+
 /** Puts expected | difference | actual into target/browser-failures, and says where. */
 function keepFailure(name, expected, between, actual) {
   const { width, height } = expected;
