@@ -90,8 +90,7 @@ let sheet: CSSStyleSheet | undefined;
  *
  * @slot - what stands in until the picture is there, and where scripts do not run: an `<img>`
  * @slot poster - likewise
- * @slot progress - what is shown while the picture loads, in place of a bar; the event `progress` tells how far it is, and so does
- * `--istar-share`
+ * @slot progress - what is shown while the picture loads, in place of a bar: in it `--istar-share` is how much has come, from 0 to 1
  * @slot legend - what lies over a corner, and scrolls where it is long: an `<istar-legend>`
  *
  * @csspart poster - the image of that attribute
@@ -124,7 +123,6 @@ let sheet: CSSStyleSheet | undefined;
  * @cssprop --istar-paper - what lies under text
  * @cssprop --istar-line - thin lines
  * @cssprop --istar-accent - what can be pressed, and progress
- * @cssprop --istar-share - set by the viewer, for what is in the slot `progress`: how much has come, from 0 to 1
  */
 export class IStarViewer extends Base {
   static readonly observedAttributes = [
