@@ -189,7 +189,8 @@ const SITES = {
     stored: (isDark) => ({ 'vitepress-theme-appearance': isDark ? 'dark' : 'light' }),
     search: async (page) => {
       await page.locator('.DocSearch-Button').first().click();
-      await page.keyboard.type('archipelago');
+      // Its field is fetched first.
+      await page.locator('.VPLocalSearchBox input').fill('archipelago');
       return page.locator('.VPLocalSearchBox .result').first();
     },
   },
