@@ -1,6 +1,8 @@
 //! Translates the shaders for WebGL2 and tells cargo what to watch.
 
 #[cfg(feature = "gpu")]
+mod parentheses;
+#[cfg(feature = "gpu")]
 mod paste;
 #[cfg(feature = "gpu")]
 mod translate;
@@ -25,6 +27,7 @@ fn main() {
 /// fetches apart from the WebAssembly module: each back end needs only its own. And `material.js`, for other programs.
 #[cfg(feature = "gpu")]
 fn write_shaders() -> Result<(), String> {
+    use parentheses::without_needless;
     use translate::{
         MODULES, TEXTURES, UNIFORMS, minify, shorten, shorten_values, translate, validate,
     };
@@ -58,7 +61,8 @@ fn write_shaders() -> Result<(), String> {
             shaders.draws.iter().map(|draw| [draw.vertex, draw.fragment]).collect();
         let mut glsl = Vec::new();
         for draw in shaders.draws {
-            glsl.push(translate(draw, &module)?.map(|text| shorten_values(&minify(&text))));
+            let short = |text: String| without_needless(&shorten_values(&minify(&text)));
+            glsl.push(translate(draw, &module)?.map(short));
         }
         let constants = format!(
             "{NATIVE}pub const WGSL: &str = {wgsl:?};\n\
@@ -67,9 +71,23 @@ fn write_shaders() -> Result<(), String> {
              {WEB}pub const GLSL_TEXTURES: [&str; {}] = {TEXTURES:?};\n",
             TEXTURES.len(),
         );
-        // Of each draw the vertex shader and the fragment shader. Such texts are the same in both languages: they
-        // are ASCII, and of what is escaped there are only ends of lines.
-        let texts = format!("export const wgsl = {wgsl:?};\nexport const glsl = {glsl:?};\n");
+        // Of each draw the vertex shader and the fragment shader, each text once. Such texts are the same in both
+        // languages: they are ASCII, and of what is escaped there are only ends of lines.
+        let mut all: Vec<_> = glsl.iter().flatten().collect();
+        all.sort();
+        all.dedup();
+        let number = |text| all.iter().position(|&other| other == text);
+        let draws = glsl.iter().map(|stages| {
+            let names: Vec<_> =
+                stages.iter().filter_map(number).map(|i| format!("text{i}")).collect();
+            format!("[{}]", names.join(", "))
+        });
+        let draws: Vec<_> = draws.collect();
+        let mut texts = format!("export const wgsl = {wgsl:?};\n");
+        for (i, text) in all.iter().enumerate() {
+            texts += &format!("const text{i} = {text:?};\n");
+        }
+        texts += &format!("export const glsl = [{}];\n", draws.join(", "));
         write(shaders.name, "rs", constants)?;
         write(shaders.name, "js", texts)?;
     }

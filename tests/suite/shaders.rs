@@ -1,6 +1,8 @@
 //! Shaders without a GPU: they are valid, they translate for WebGL2, and their constants and
 //! uniforms are those of their Rust twins.
 
+#[path = "../../shaders/parentheses.rs"]
+mod parentheses;
 #[path = "../../shaders/paste.rs"]
 mod paste;
 #[path = "../../shaders/translate.rs"]
@@ -73,6 +75,32 @@ fn the_material_is_functions_that_a_program_can_paste() {
     }
     for word in ["#version", "main(", "layout(location", "gl_FragCoord", "_group_"] {
         assert!(!glsl.contains(word), "{word}: {glsl}");
+    }
+}
+
+#[test]
+fn parentheses_that_change_nothing_are_left_out() {
+    for (with, without) in [
+        ("x=((a*b)+c);", "x=a*b+c;"),
+        ("x=(a*(b+c));", "x=a*(b+c);"),
+        ("x=((a-b)-c);", "x=a-b-c;"),
+        ("x=(a-(b-c));", "x=a-(b-c);"),
+        ("x=(a/(b*c));", "x=a/(b*c);"),
+        ("x=(a-(-(b)));", "x=a- -b;"),
+        ("x=-((a*b));", "x=-(a*b);"),
+        ("x=-(-(a));", "x=-(-a);"),
+        ("x=(!((a==b))&&!(c));", "x=!(a==b)&&!c;"),
+        ("x=((a<b)?(c+d):((e?f:g)));", "x=a<b?c+d:(e?f:g);"),
+        ("x=((a?b:c)?d:e);", "x=(a?b:c)?d:e;"),
+        ("x=((a&b)!=0u);", "x=(a&b)!=0u;"),
+        ("x=((a>>2u)&(b|c));", "x=a>>2u&(b|c);"),
+        ("x=vec2((a+1e-30),((b)));", "x=vec2(a+1e-30,b);"),
+        ("x=((a+b).x*c[(i+1u)]);", "x=(a+b).x*c[i+1u];"),
+        ("if(((a)&&(b<c))){return(d);}return(-(e));", "if(a&&b<c){return d;}return-e;"),
+        ("#version 300 es\n\nprecision highp float;", "#version 300 es\n\nprecision highp float;"),
+    ] {
+        assert_eq!(parentheses::without_needless(with), without);
+        assert_eq!(parentheses::without_needless(without), without);
     }
 }
 

@@ -1,0 +1,142 @@
+//! GLSL without parentheses that change nothing: naga puts them around all that it works out, and they are a twentieth of
+//! what a page fetches.
+
+use super::translate::{declarations, tokens};
+
+/// How tightly an operator binds what is beside it: the table of GLSL ES 3.00, section 5.1, the tightest last. All of two
+/// sides group from the left but the first two here.
+const OPERATORS: [&[&str]; 12] = [
+    &["="],
+    &["?", ":"],
+    &["||"],
+    &["^^"],
+    &["&&"],
+    &["|"],
+    &["^"],
+    &["&"],
+    &["==", "!="],
+    &["<", ">", "<=", ">="],
+    &["<<", ">>"],
+    &["+", "-"],
+];
+/// The first of those that group from the left.
+const FROM_LEFT: usize = 2;
+/// The same of the operators that are left, the second those of one side.
+const TIMES: usize = OPERATORS.len();
+const UNARY: usize = TIMES + 1;
+/// Of what has no operator, and of one beside which there is none.
+const WHOLE: usize = UNARY + 1;
+
+/// What is between an opening parenthesis or bracket and where the text has got to.
+struct Group {
+    start: usize,
+    /// Whether it holds no more than an expression: no arguments, and no condition.
+    is_loose: bool,
+    /// How tightly what binds least in it does.
+    least: usize,
+}
+
+/// The same GLSL, minified: each expression is worked out as before.
+pub fn without_needless(glsl: &str) -> String {
+    declarations(glsl).map(of_declaration).collect()
+}
+
+fn of_declaration(text: &str) -> String {
+    // Lines of the preprocessor end with their line.
+    if text.contains('#') {
+        return text.to_owned();
+    }
+    let tokens = joined(text);
+    let mut is_kept = vec![true; tokens.len()];
+    let mut groups = vec![Group { start: 0, is_loose: false, least: WHOLE }];
+    for (i, token) in tokens.iter().enumerate() {
+        match &token[..] {
+            "(" | "[" => {
+                let before = i.checked_sub(1).map_or("", |before| &tokens[before]);
+                let is_loose = token == "(" && (before == "return" || !ends_value(before));
+                groups.push(Group { start: i, is_loose, least: WHOLE });
+            }
+            ")" | "]" => {
+                let Some(group) = groups.pop() else { continue };
+                let after = tokens.get(i + 1).map_or("", |after| &after[..]);
+                let left = group.start.checked_sub(1).and_then(|before| binding(&tokens, before));
+                let is_free = left.is_none_or(|left| group.least > left)
+                    && binding(&tokens, i + 1)
+                        .is_none_or(|right| group.least >= right.max(FROM_LEFT))
+                    && ![".", "["].contains(&after);
+                if let Some(around) = groups.last_mut().filter(|_| group.is_loose && is_free) {
+                    (is_kept[group.start], is_kept[i]) = (false, false);
+                    around.least = around.least.min(group.least);
+                }
+            }
+            _ => {
+                if let (Some(group), Some(own)) = (groups.last_mut(), binding(&tokens, i)) {
+                    group.least = group.least.min(own);
+                }
+            }
+        }
+    }
+    let kept = tokens.iter().zip(is_kept).filter_map(|(token, is_kept)| is_kept.then_some(token));
+    let mut short = String::new();
+    for token in kept {
+        let would_join = (ends_word(&short) && token.starts_with(is_word))
+            || (short.ends_with('-') && token.starts_with('-'));
+        if would_join {
+            short.push(' ');
+        }
+        short += token;
+    }
+    short
+}
+
+/// How tightly the token binds; `None` where it is no operator.
+fn binding(tokens: &[String], i: usize) -> Option<usize> {
+    let token = &tokens.get(i)?[..];
+    let before = i.checked_sub(1).map_or("", |before| &tokens[before]);
+    match token {
+        "!" | "~" => Some(UNARY),
+        "-" if before == "return" || !ends_value(before) => Some(UNARY),
+        "*" | "/" | "%" => Some(TIMES),
+        _ => OPERATORS.iter().position(|operators| operators.contains(&token)),
+    }
+}
+
+/// Whether an operator after that token has something on its left, and a parenthesis arguments.
+fn ends_value(token: &str) -> bool {
+    token == ")" || token == "]" || ends_word(token)
+}
+
+fn ends_word(text: &str) -> bool {
+    text.ends_with(is_word)
+}
+
+fn is_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+/// Tokens without spaces, with operators and numbers whole.
+fn joined(text: &str) -> Vec<String> {
+    const PAIRS: [&str; 9] = ["<<", ">>", "<=", ">=", "==", "!=", "&&", "||", "^^"];
+    let mut all: Vec<String> = Vec::new();
+    let mut may_join = false;
+    for token in tokens(text) {
+        if token.trim().is_empty() {
+            may_join = false;
+            continue;
+        }
+        let is_exponent = |number: &str| {
+            number.starts_with(|c: char| c.is_ascii_digit()) && number.ends_with(['e', '-'])
+        };
+        match all.last_mut().filter(|_| may_join) {
+            Some(last)
+                if PAIRS.contains(&[last, token].concat().as_str())
+                    || (is_exponent(last) && (token == "-" || last.ends_with('-'))) =>
+            {
+                *last += token;
+            }
+            _ => all.push(token.to_owned()),
+        }
+        may_join = true;
+    }
+    all
+}
