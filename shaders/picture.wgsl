@@ -1,8 +1,13 @@
-// The draws that paint a scene, in patches: equal squares of it, or from close by of the screen. A patch that one region
-// fills, or two with a boundary between them, is *plain*: all that tells of it is looked up at its corners, and its pixels
-// only work out on which side they are. For the rest everything is looked up at every pixel, and so it is wherever outlines
-// reach. Each draw has all patches, and those of the other kind have no area. Without PATCHES there is one, of the rest, and
-// it is all of the target.
+// The draws that paint a scene, in patches: equal squares of it, or from close by of the screen. What one region fills, or
+// two with a boundary between them, is *plain*: all that tells of it is looked up at its corners. Pixels of one then have a
+// colour, and those of two only work out on which side they are. For the rest everything is looked up at every pixel, and so
+// it is wherever outlines reach. Each draw has all patches, and those of other kinds have no area. Without PATCHES there is
+// one, of the rest, and it is all of the target.
+
+// What a patch is, and the number of the draw that paints it.
+const OF_ONE = 0u;
+const OF_TWO = 1u;
+const OF_REST = 2u;
 
 // Where lines of the grid of patches cross, from -1 to 1 across the viewport and down.
 fn crossing(at: vec2<u32>) -> vec2<f32> {
@@ -16,7 +21,7 @@ fn crossing(at: vec2<u32>) -> vec2<f32> {
 // pixel: nearer than f32 tells.
 const SLIGHT = 1e-6;
 
-// What the pixels of a plain patch need. Both draws must find the very same corners, lest a pixel fall between them.
+// What the pixels of a plain patch need. All draws must find the very same corners, lest a pixel fall between them.
 // A GPU's time goes into handing these numbers to pixels more than into all that is done with them: no more than these.
 struct Corner {
     @invariant @builtin(position) position: vec4<f32>,
@@ -37,7 +42,7 @@ fn shifted(start: f32, by: f32) -> mat3x3<f32> {
     return mat3x3(vec3(1.0, 0.0, 0.0), vec3(start, by, 0.0), vec3(start * start, 2.0 * start * by, by * by));
 }
 
-// Corners are numbered through a row of patches, six a patch, for the first draw and then once more for the second.
+// Corners are numbered through a row of patches, six a patch, for the first draw, then for the second, then for the third.
 @vertex
 fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row: u32) -> Corner {
     let at = vec2(vertex / 6u % view.patches.x, row);
@@ -82,12 +87,16 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
     );
     let scaled = cut * (1.0 / max(limit, SLIGHT * per_cell));
     let about = shifted(start.y, per_cell) * scaled * transpose(shifted(start.x, per_cell));
+    // Where the picture ends, and in a turned view the scene, pixels have to look how far.
+    let end = (crossing(at + 1u) + 1.0) / view.to_clip;
+    let is_inside = all(first - 1.0 > max(view.edges.xy, view.middles.xy))
+        & all(end + 1.0 < min(view.edges.zw, view.middles.zw));
+    let kind = select(OF_REST, select(OF_TWO, OF_ONE, is_inside & (seen.count == 1u)), is_plain);
     var position = vec4(view.clip.xy * clip.x + view.clip.zw * clip.y, 0.0, 1.0);
-    let is_first = vertex < 6u * view.patches.x;
-    if is_plain != is_first {
+    if kind != vertex / (6u * view.patches.x) {
         position = vec4(0.0);
     }
-    let colors = vec2(select(u32(is_quiet), positive.x, is_first), negative.x);
+    let colors = vec2(select(u32(is_quiet), positive.x, is_plain), negative.x);
     return Corner(position, about[0], about[1], about[2], first, colors);
 }
 
@@ -102,18 +111,27 @@ fn middle_of(position: vec4<f32>) -> vec2<f32> {
     return middle;
 }
 
-// A pixel's colour for the target, of which only a part may lie in the picture.
+// A premultiplied colour for the target.
+fn for_target(color: vec4<f32>) -> vec4<f32> {
+    if ((view.flags & STRAIGHT) != 0u) & (color.a > 0.0) {
+        return vec4(color.rgb / color.a, color.a);
+    }
+    return color;
+}
+
+// The same of a pixel of which only a part may lie in the picture.
 fn finished(color: vec4<f32>, middle: vec2<f32>) -> vec4<f32> {
     let inside = min(middle + 0.5, view.edges.zw) - max(middle - 0.5, view.edges.xy);
-    let covered = color * clamp(inside.x, 0.0, 1.0) * clamp(inside.y, 0.0, 1.0);
-    if ((view.flags & STRAIGHT) != 0u) & (covered.a > 0.0) {
-        return vec4(covered.rgb / covered.a, covered.a);
-    }
-    return covered;
+    return for_target(color * clamp(inside.x, 0.0, 1.0) * clamp(inside.y, 0.0, 1.0));
 }
 
 @fragment
-fn paint_plain(plain: Corner) -> @location(0) vec4<f32> {
+fn paint_one(@location(4) @interpolate(flat) colors: vec2<u32>) -> @location(0) vec4<f32> {
+    return for_target(premultiplied(colors.x));
+}
+
+@fragment
+fn paint_two(plain: Corner) -> @location(0) vec4<f32> {
     let middle = middle_of(plain.position);
     let at = middle - plain.first;
     let row = plain.c0 + at.x * (plain.c1 + at.x * plain.c2);

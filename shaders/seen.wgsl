@@ -54,10 +54,7 @@ fn seen_between(word: u32, low: vec2<f32>, high: vec2<f32>) -> Seen {
     }
     let first = word & CUTS_MASK;
     let count = word >> COUNT_SHIFT;
-    if count == 2u {
-        return Seen(2u, columns(first));
-    }
-    if (word & BY_PAIRS) != 0u {
+    if (count > 2u) & ((word & BY_PAIRS) != 0u) {
         return Seen(MANY, cut);
     }
     let x = controls(low.x, high.x);

@@ -24,7 +24,8 @@ pub const MODULES: [Shaders; 1] = [Shaders {
     name: "picture",
     files: &["common.wgsl", "decode.wgsl", "styles.wgsl", "seen.wgsl", "picture.wgsl", "far.wgsl"],
     draws: &[
-        Draw { vertex: "place_corner", fragment: "paint_plain" },
+        Draw { vertex: "place_corner", fragment: "paint_one" },
+        Draw { vertex: "place_corner", fragment: "paint_two" },
         Draw { vertex: "place_corner", fragment: "paint_rest" },
         Draw { vertex: "place_corner", fragment: "paint_styled" },
         Draw { vertex: "cover", fragment: "paint_far" },

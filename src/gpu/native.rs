@@ -3,7 +3,7 @@
 use super::close::Close;
 use super::far::{self, Far};
 use super::pack::{Format, Packed, Table};
-use super::view::{Layer, UNIFORM_STEP, ViewUniforms};
+use super::view::{FAR, Layer, UNIFORM_STEP, ViewUniforms};
 use super::{failed, picture};
 use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
@@ -20,8 +20,8 @@ pub(super) struct Gpu {
     format: wgpu::TextureFormat,
     /// Of the uniforms, of the tables, and of a level's colours.
     layouts: [wgpu::BindGroupLayout; 3],
-    /// One for each of the draws: what is plain, the rest, the same with styles, and what is far away.
-    pipelines: [wgpu::RenderPipeline; 4],
+    /// One for each of the draws: what is of one region, of two, the rest, the same with styles, and what is far away.
+    pipelines: [wgpu::RenderPipeline; 5],
     max_side: u32,
     failure: Failure,
 }
@@ -352,7 +352,7 @@ fn pipelines(
     device: &wgpu::Device,
     [uniforms, tables, colors]: &[wgpu::BindGroupLayout; 3],
     format: wgpu::TextureFormat,
-) -> [wgpu::RenderPipeline; 4] {
+) -> [wgpu::RenderPipeline; 5] {
     let source = wgpu::ShaderSource::Wgsl(picture::WGSL.into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
     let layout = |bound| {
@@ -363,12 +363,11 @@ fn pipelines(
         })
     };
     let (of_tables, of_colors) = (layout(tables), layout(colors));
-    let layouts = [&of_tables, &of_tables, &of_tables, &of_colors];
     std::array::from_fn(|draw| {
         let [vertex, fragment] = picture::ENTRY_POINTS[draw];
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: None,
-            layout: Some(layouts[draw]),
+            layout: Some(if draw == FAR { &of_colors } else { &of_tables }),
             vertex: wgpu::VertexState {
                 module: &module,
                 entry_point: Some(vertex),

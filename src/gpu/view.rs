@@ -44,7 +44,7 @@ const FAR_AWAY: f32 = 1e9;
 
 /// The number of the draw that paints what is far away: it reads a level's colours, where others read a scene's
 /// tables.
-pub(super) const FAR: usize = 3;
+pub(super) const FAR: usize = 4;
 
 /// From one layer's uniforms to the next in a buffer: what every WebGPU device allows.
 pub(super) const UNIFORM_STEP: u32 = 256;
@@ -179,12 +179,15 @@ impl Layer {
     /// has.
     pub fn draws(&self) -> impl Iterator<Item = (usize, [u32; 3])> {
         let [corners, rows] = [self.patches.corners(), self.patches.rows()];
-        let plain = (0, [0, corners, rows]);
-        let rest = (if self.is_styled { 2 } else { 1 }, [corners, corners, rows]);
+        let patches = |kind| [kind * corners, corners, rows];
+        let one = (0, patches(0));
+        let two = (1, patches(1));
+        let rest = (if self.is_styled { 3 } else { 2 }, patches(2));
         let far = (FAR, [0, 3, 1]);
         let in_patches = self.uniforms.flags & ViewUniforms::PATCHES != 0;
         let is_far = self.far.is_some();
-        [(plain, in_patches && !is_far), (rest, !is_far), (far, is_far)]
+        let is_plain = in_patches && !is_far;
+        [(one, is_plain), (two, is_plain), (rest, !is_far), (far, is_far)]
             .into_iter()
             .filter_map(|(draw, is_wanted)| is_wanted.then_some(draw))
     }

@@ -55,7 +55,7 @@ impl WebGl {
         let programs = [const { OnceCell::new() }; picture::ENTRY_POINTS.len()];
         let own = WebGl { gl, canvas, programs, shaders, framebuffer, max_side };
         // Asked for now, so that a driver that refuses it is told of before anything is drawn.
-        own.program(1)?;
+        own.program(2)?;
         Ok(own)
     }
 

@@ -320,8 +320,8 @@ pub(super) fn pipelines(device: JsValue, format: &JsValue, shaders: &JsValue) ->
         let descriptor = descriptor(&device, &layouts, format, shaders, draw);
         device.create_render_pipeline_async(&descriptor)
     };
-    // Both before the first is waited for.
-    Array::of2(&promise(0), &promise(1))
+    // All before the first is waited for.
+    Array::of3(&promise(0), &promise(1), &promise(2))
 }
 
 /// What the pipeline of a draw is made of.
