@@ -135,15 +135,17 @@ fn rows(cut: vec3<f32>, x: vec4<f32>, y: vec4<f32>) -> vec4<f32> {
     return cut.x + cut.y * x + cut.z * y;
 }
 
-// A share of a pixel where three regions meet: sixteen places in it, no two in a row or a column. `between` parts the other two,
-// positive towards the nearer. Each place is the deepest's, since planes may leave a gap.
+// A share of a pixel where three regions meet: sixteen places in it, no two in a row or a column, and of a sub-sample four.
+// `between` parts the other two, positive towards the nearer. Each place is the deepest's, since planes may leave a gap.
 fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
     var shares = vec3(0.0);
+    let rounds = select(4u, 1u, view.samples > 1u);
+    let share = 0.25 / f32(rounds);
     var i = 0u;
     loop {
-        let x = vec4(-0.46875, -0.40625, -0.34375, -0.28125) + 0.25 * f32(i);
-        let row = (2u * i + 1u - (i >> 1u)) & 3u;
-        let y = vec4(0.03125, -0.46875, 0.28125, -0.21875) + 0.0625 * f32(row);
+        let x = vec4(0.5, 1.5, 2.5, 3.5) * share + (0.25 * f32(i) - 0.5);
+        let row = (2u * i + (i >> 1u)) & 3u;
+        let y = vec4(0.0, -0.5, 0.25, -0.25) + (f32(row) + 0.5) * share;
         let to_near = rows(sides.near.cut, x, y);
         let to_next = rows(sides.next.cut, x, y);
         let from_near = rows(between, x, y);
@@ -151,9 +153,9 @@ fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
         let next_depth = min(-to_next, -from_near);
         let is_own = step(max(near_depth, next_depth), min(to_near, to_next));
         let is_near = (1.0 - is_own) * step(next_depth, near_depth);
-        shares += vec3(dot(is_own, vec4(0.0625)), dot(is_near, vec4(0.0625)), 0.0);
+        shares += vec3(dot(is_own, vec4(share)), dot(is_near, vec4(share)), 0.0);
         i++;
-        if i == 4u {
+        if i == rounds {
             break;
         }
     }

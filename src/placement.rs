@@ -52,7 +52,9 @@ const FAR: f64 = 1e9;
 /// Sub-samples an axis at most.
 pub const MAX_SAMPLES: u32 = 16;
 /// As many as a screen pixel covers pixels of the scene up to here; beyond, one for several of them.
-const DENSE: u32 = 4;
+const DENSE: u32 = 3;
+/// The same with the linear kernel.
+const DENSE_BENDS: u32 = 4;
 /// Pixels of the scene between two of those: an eye sees no difference yet, and a picture costs no more
 /// samples than a sixth of its pixels, however small it is shown.
 const SPARSE: f64 = 2.5;
@@ -67,9 +69,12 @@ impl SceneView {
     /// one place does not tell: there are twice as many, and two at least, until cells are large.
     pub fn samples(&self, kernel: Kernel) -> u32 {
         let bends = kernel == Kernel::Linear && self.scale < BENDS;
-        let covered = if bends { (2.0 / self.scale).max(2.0) } else { 1.0 / self.scale };
+        let (covered, most) = match bends {
+            true => ((2.0 / self.scale).max(2.0), DENSE_BENDS),
+            false => (1.0 / self.scale, DENSE),
+        };
         let [dense, sparse] = [covered, covered / SPARSE].map(|along| along.ceil() as u32);
-        dense.min(DENSE).max(sparse).clamp(1, MAX_SAMPLES)
+        dense.min(most).max(sparse).clamp(1, MAX_SAMPLES)
     }
 
     /// The scene's place under a place on the screen; the nearest that it has, beyond its rim.

@@ -2,7 +2,7 @@
 //!
 //! `shaders/decode.wgsl` does the same in f32; `tests/suite/gpu.rs` compares them.
 
-use super::shares::{Linear, REACH, share_of_square, shares_of_three};
+use super::shares::{Linear, Places, REACH, share_of_square, shares_of_three};
 use super::styled::Styled;
 use crate::camera::{Camera, Turned};
 use crate::gamma::{self, Value};
@@ -261,7 +261,7 @@ impl Around {
     }
 
     /// How much of a sub-sample up to three nodes cover, these taken as straight within it.
-    pub fn shares(&self, model: &Image) -> [Option<(NodeId, f64)>; 3] {
+    pub fn shares(&self, model: &Image, places: Places) -> [Option<(NodeId, f64)>; 3] {
         let mut near = self.sides.iter().filter(|side| side.distance < REACH);
         let Some(first) = near.next() else { return [Some((self.node, 1.0)), None, None] };
         let behind = self.siblings.iter().find(|side| side.distance < REACH);
@@ -276,7 +276,7 @@ impl Around {
             true => self.linear(model, self.node, side.node).unwrap_or([0.0; 3]),
             false => side.linear,
         });
-        let counts = shares_of_three(to_first, to_next, between);
+        let counts = shares_of_three([to_first, to_next, between], places);
         [Some((self.node, counts[0])), Some((first.node, counts[1])), Some((next.node, counts[2]))]
     }
 }

@@ -23,14 +23,32 @@ pub(super) fn share_of_square(distance: f64, normal: [f64; 2]) -> f64 {
     }
 }
 
+/// Places that are counted in a pixel where three regions meet, no two in a row or a column.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Places {
+    Sixteen = 16,
+    /// In a sub-sample, of which a pixel has several.
+    Four = 4,
+}
+
+impl Places {
+    /// Those of a sub-sample, where a pixel has so many along an axis.
+    pub fn of(samples: f64) -> Self {
+        if samples > 1.0 { Places::Four } else { Places::Sixteen }
+    }
+}
+
 /// How much of a pixel each of three regions covers: the middle's own, the nearest and the next. The
-/// first two are positive on the middle's side of each, `between` on the side of the nearest. Sixteen
-/// places in the pixel are counted, no two in a row or a column: each is the deepest's, since planes may leave a gap.
-pub(super) fn shares_of_three(near: Linear, next: Linear, between: Linear) -> [f64; 3] {
-    const ROWS: [u8; 16] = [9, 1, 13, 5, 11, 3, 15, 7, 8, 0, 12, 4, 10, 2, 14, 6];
+/// first two are positive on the middle's side of each, `between` on the side of the nearest. Each place
+/// is the deepest's, since planes may leave a gap.
+pub(super) fn shares_of_three([near, next, between]: [Linear; 3], places: Places) -> [f64; 3] {
+    const ROWS: [u8; 16] = [8, 0, 12, 4, 10, 2, 14, 6, 9, 1, 13, 5, 11, 3, 15, 7];
     let mut counts = [0.0; 3];
-    for (i, row) in (0u8..).zip(ROWS) {
-        let [x, y] = [i, row].map(|n| (f64::from(n) + 0.5) / 16.0 - 0.5);
+    let count = places as u8;
+    let share = 1.0 / f64::from(count);
+    for i in 0..count {
+        let row = ROWS[usize::from(i)] / (16 / count);
+        let [x, y] = [i, row].map(|n| (f64::from(n) + 0.5) * share - 0.5);
         let at = |[p, by_x, by_y]: Linear| p + by_x * x + by_y * y;
         let [near, next, between] = [near, next, between].map(at);
         let depths = [near.min(next), between.min(-near), (-next).min(-between)];
@@ -41,7 +59,7 @@ pub(super) fn shares_of_three(near: Linear, next: Linear, between: Linear) -> [f
         } else {
             2
         };
-        counts[owner] += 1.0 / 16.0;
+        counts[owner] += share;
     }
     counts
 }

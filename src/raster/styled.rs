@@ -1,6 +1,7 @@
 //! Colours by styles: fills, patterns and outlines. The twin of `shaders/styles.wgsl`, in f64.
 
 use super::reference::Around;
+use super::shares::Places;
 use crate::model::{Image, NodeId, RegionId};
 use crate::placement::SceneView;
 use crate::style::{Style, Styles, read};
@@ -51,7 +52,7 @@ impl Styled<'_> {
     pub fn color(&self, screen: [f64; 2]) -> [f64; 4] {
         let Some(around) = self.around(screen) else { return [0.0; 4] };
         let shares = match self.antialias {
-            true => around.shares(self.model),
+            true => around.shares(self.model, Places::of(self.samples)),
             false => [Some((around.node, 1.0)), None, None],
         };
         let mut sum = [0.0; 4];

@@ -1,6 +1,6 @@
 //! A cell as a view sees it: its cuts as polynomials of the pixel.
 
-use super::super::shares::{Linear, REACH, share_of_square, shares_of_three};
+use super::super::shares::{Linear, Places, REACH, share_of_square, shares_of_three};
 use crate::cuts::{Biquadratic, Candidates};
 use crate::gamma;
 use crate::limits::MAX_CANDIDATES;
@@ -67,16 +67,14 @@ impl<'a> CellView<'a> {
         rows.extend(self.cuts.iter().map(|cut| cut.row(y)));
     }
 
-    /// What covers a pixel `x` to the right of the middle, by shares.
-    pub fn shares(&self, rows: &[Row<f64>], x: f64, antialias: bool) -> [Share; 3] {
+    /// What covers a pixel `x` to the right of the middle, by shares; without places all of it is of one region.
+    pub fn shares(&self, rows: &[Row<f64>], x: f64, places: Option<Places>) -> [Share; 3] {
         let Candidates { regions, by_pairs, .. } = self.candidates.as_ref();
         let mut values = [0.0; MAX_CANDIDATES];
         let winner = if *by_pairs { self.deepest(rows, x) } else { nearest(rows, x, &mut values) };
         let region = regions[winner];
         let own = [(region, 1.0), (region, 0.0), (region, 0.0)];
-        if !antialias {
-            return own;
-        }
+        let Some(places) = places else { return own };
         let mut sides = [None, None];
         let depth = if *by_pairs { self.depth(rows, x, winner) } else { None };
         for other in (0..regions.len()).filter(|&other| other != winner) {
@@ -111,7 +109,7 @@ impl<'a> CellView<'a> {
                     true => self.between(rows, x, winner, side.candidate),
                     false => side.linear,
                 });
-                let counts = shares_of_three(to_near, to_next, between);
+                let counts = shares_of_three([to_near, to_next, between], places);
                 [(region, counts[0]), (near.region, counts[1]), (next.region, counts[2])]
             }
         }

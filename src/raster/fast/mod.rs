@@ -10,7 +10,7 @@ mod spans;
 mod squares;
 
 use super::reference::{render_scene_row, render_styled_row};
-use super::shares::{REACH, share_of_square};
+use super::shares::{Places, REACH, share_of_square};
 use crate::camera::Camera;
 use crate::cuts::{self, Candidates, Deciding};
 use crate::grid;
@@ -135,7 +135,8 @@ impl<'a> Painter<'a> {
             1 => {
                 let columns = from[0]..to[0];
                 let mut into = Target { pixels, stride: width, start: [0, rows.start] };
-                self.paint(&view, [columns, rows.clone()], antialias, &mut into);
+                let places = antialias.then_some(Places::Sixteen);
+                self.paint(&view, [columns, rows.clone()], places, &mut into);
             }
             samples => self.draw_finely(&view, samples, rows.clone(), pixels),
         }
@@ -204,7 +205,7 @@ impl<'a> Painter<'a> {
             let fine_rows = some.start * samples..some.end * samples;
             let start = [fine_columns.start, fine_rows.start];
             let mut into = Target { pixels: &mut sub, stride, start };
-            self.paint(&fine, [fine_columns, fine_rows], true, &mut into);
+            self.paint(&fine, [fine_columns, fine_rows], Some(Places::Four), &mut into);
             let bands = sub.chunks_exact(stride * samples as usize);
             for (y, band) in some.zip(bands) {
                 let row = &mut pixels[(y - rows.start) as usize * width..][..width];
@@ -215,12 +216,12 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Draws a rectangle of pixels, one sample each.
+    /// Draws a rectangle of pixels, one sample each; without places not antialiased.
     fn paint(
         &self,
         view: &SceneView,
         [columns, rows]: [Range<u32>; 2],
-        antialias: bool,
+        places: Option<Places>,
         into: &mut Target<'_>,
     ) {
         let axes = [Axis::new(view, 0, columns), Axis::new(view, 1, rows)];
@@ -238,7 +239,7 @@ impl<'a> Painter<'a> {
                     }
                     Block::Cells(cells) => {
                         let place = [&across, &down];
-                        let block = BlockView { view, axes: &axes, cells, place, antialias };
+                        let block = BlockView { view, axes: &axes, cells, place, places };
                         self.paint_block(&block, into);
                         None
                     }
@@ -314,7 +315,7 @@ impl<'a> Painter<'a> {
             }
             let cut = Cut(cut.0.map(|column| column.map(|factor| factor as f32)));
             let colors = [*a, *b].map(|region| self.colors[region as usize]);
-            let blends = block.antialias && !candidates.is_level(0);
+            let blends = block.places.is_some() && !candidates.is_level(0);
             for (y, row) in rows {
                 let cut = cut.row(row - middle[1]);
                 paint_pair(&cut, colors, blends, (columns, middle[0]), into.row(pixels[0], y));
@@ -330,7 +331,7 @@ impl<'a> Painter<'a> {
             view.rows(f64::from(row - middle[1]), &mut cuts);
             for (pixel, column) in into.row(pixels[0], y).iter_mut().zip(columns) {
                 let right = f64::from(column - middle[0]);
-                let shares = view.shares(&cuts, right, block.antialias);
+                let shares = view.shares(&cuts, right, block.places);
                 *pixel =
                     match shares {
                         [(region, 1.0), ..] => self.colors[region as usize],
@@ -391,7 +392,7 @@ struct BlockView<'a> {
     axes: &'a [Axis; 2],
     cells: &'a Cells<3>,
     place: [&'a Span; 2],
-    antialias: bool,
+    places: Option<Places>,
 }
 
 /// Where pixels go.
