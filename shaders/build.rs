@@ -1,7 +1,7 @@
 //! Translates the shaders for WebGL2 and tells cargo what to watch.
 
 #[cfg(feature = "gpu")]
-mod parentheses;
+mod needless;
 #[cfg(feature = "gpu")]
 mod paste;
 #[cfg(feature = "gpu")]
@@ -27,7 +27,7 @@ fn main() {
 /// fetches apart from the WebAssembly module: each back end needs only its own. And `material.js`, for other programs.
 #[cfg(feature = "gpu")]
 fn write_shaders() -> Result<(), String> {
-    use parentheses::without_needless;
+    use needless::without_needless;
     use translate::{
         MODULES, TEXTURES, UNIFORMS, minify, shorten, shorten_values, translate, validate,
     };

@@ -123,16 +123,18 @@ impl Gpu {
     }
 
     fn bind_tables(&self, tables: [&wgpu::Texture; 4]) -> wgpu::BindGroup {
-        self.bind(1, &tables.map(|table| table.create_view(&Default::default())))
+        let views = tables.map(|table| table.create_view(&Default::default()));
+        self.bind(1, views.each_ref().map(wgpu::BindingResource::TextureView))
     }
 
-    fn bind(&self, layout: usize, views: &[wgpu::TextureView]) -> wgpu::BindGroup {
+    fn bind<const N: usize>(
+        &self,
+        layout: usize,
+        resources: [wgpu::BindingResource<'_>; N],
+    ) -> wgpu::BindGroup {
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
-            .zip(views)
-            .map(|(binding, view)| wgpu::BindGroupEntry {
-                binding,
-                resource: wgpu::BindingResource::TextureView(view),
-            })
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
@@ -225,10 +227,16 @@ impl Gpu {
         scene.levels.get_or_init(|| {
             let usage =
                 wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT;
+            let between = self.device.create_sampler(&wgpu::SamplerDescriptor {
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            });
             let level = |(_, size)| {
                 let texture = self.create_texture(size, self.format, usage);
                 let view = texture.create_view(&Default::default());
-                let bindings = self.bind(2, std::slice::from_ref(&view));
+                let colors = wgpu::BindingResource::TextureView(&view);
+                let bindings = self.bind(2, [colors, wgpu::BindingResource::Sampler(&between)]);
                 (view, bindings)
             };
             far::levels(scene.image.size).map(level).collect()
@@ -342,8 +350,11 @@ fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 3] {
         entry(binding, ty)
     };
     let tables = [0, 1, 2, 3].map(|binding| texture(binding, wgpu::TextureSampleType::Uint));
-    let colors = texture(0, wgpu::TextureSampleType::Float { filterable: false });
-    [&[uniforms][..], &tables, &[colors]].map(|entries| {
+    let colors = [
+        texture(0, wgpu::TextureSampleType::Float { filterable: true }),
+        entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+    ];
+    [&[uniforms][..], &tables, &colors].map(|entries| {
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries })
     })
 }

@@ -148,7 +148,7 @@ impl WebGl {
                 gl.active_texture(Gl::TEXTURE0);
                 gl.bind_texture(Gl::TEXTURE_2D, Some(&texture));
                 gl.tex_storage_2d(Gl::TEXTURE_2D, 1, Gl::RGBA8, width, height);
-                nearest(gl);
+                filter(gl, Gl::LINEAR);
                 scene.levels.borrow_mut().push(texture);
             }
             let levels = scene.levels.borrow();
@@ -191,7 +191,7 @@ impl WebGl {
     /// Fills the bound texture.
     fn fill(&self, table: &Table<'_>) -> Result<()> {
         let gl = &self.gl;
-        nearest(gl);
+        filter(gl, Gl::NEAREST);
         let [width, height] = table.size.map(|n| n as i32);
         let (internal, ..) = layout(table.format);
         gl.tex_storage_2d(Gl::TEXTURE_2D, 1, internal, width, height);
@@ -234,11 +234,10 @@ impl Drop for WebGl {
     }
 }
 
-/// Leaves the bound texture without a filter: with the default one, integers and what has no mipmaps read as
-/// zero.
-fn nearest(gl: &Gl) {
-    for filter in [Gl::TEXTURE_MIN_FILTER, Gl::TEXTURE_MAG_FILTER] {
-        gl.tex_parameteri(Gl::TEXTURE_2D, filter, Gl::NEAREST as i32);
+/// Gives the bound texture a filter: with the default one, integers and what has no mipmaps read as zero.
+fn filter(gl: &Gl, filter: u32) {
+    for size in [Gl::TEXTURE_MIN_FILTER, Gl::TEXTURE_MAG_FILTER] {
+        gl.tex_parameteri(Gl::TEXTURE_2D, size, filter as i32);
     }
 }
 

@@ -75,7 +75,7 @@ pub(super) struct Scene {
     levels: OnceCell<Vec<Level>>,
 }
 
-/// A level of a scene's colours: the texture, its view, and that bound.
+/// A level of a scene's colours: the texture, its view, and that bound with what blends its texels.
 struct Level {
     texture: Texture,
     view: JsValue,
@@ -132,10 +132,7 @@ impl WebGpu {
         let bindings = [[0, 1, 2, 3], Close::PLACES].map(|places| {
             let entries: Array = (0..)
                 .zip(places)
-                .map(|(binding, place): (u32, usize)| {
-                    let view = tables[place].create_view();
-                    object([("binding", &binding.into()), ("resource", &view)])
-                })
+                .map(|(binding, place): (u32, usize)| bound(binding, &tables[place].create_view()))
                 .collect();
             bind(&self.device, &self.layouts[1], &entries)
         });
@@ -216,6 +213,9 @@ impl WebGpu {
             return &[];
         }
         scene.levels.get_or_init(|| {
+            let linear = "linear".into();
+            let between = object([("magFilter", &linear), ("minFilter", &linear)]);
+            let between = self.device.create_sampler(&between);
             let level = |layer: &Layer| {
                 let texture = self.device.create_texture(&object([
                     ("size", &pair(layer.own[1])),
@@ -223,8 +223,8 @@ impl WebGpu {
                     ("usage", &LEVEL_USAGE.into()),
                 ]));
                 let view = texture.create_view();
-                let entry = object([("binding", &0.into()), ("resource", &view)]);
-                let bindings = bind(&self.device, &self.layouts[2], &Array::of1(&entry));
+                let entries = Array::of2(&bound(0, &view), &bound(1, &between));
+                let bindings = bind(&self.device, &self.layouts[2], &entries);
                 Level { texture, view, bindings }
             };
             layers.iter().map(level).collect()
@@ -284,10 +284,14 @@ impl Uniforms {
             ("usage", &UNIFORM_USAGE.into()),
         ]));
         let part = object([("buffer", &buffer), ("size", &(ViewUniforms::SIZE as u32).into())]);
-        let entry = object([("binding", &0.into()), ("resource", &part)]);
-        let bindings = bind(device, layout, &Array::of1(&entry));
+        let bindings = bind(device, layout, &Array::of1(&bound(0, &part)));
         Uniforms { bytes, buffer, bindings }
     }
+}
+
+/// An entry of a bind group.
+fn bound(binding: u32, resource: &JsValue) -> JsValue {
+    object([("binding", &binding.into()), ("resource", resource)]).into()
 }
 
 fn bind(device: &Device, layout: &JsValue, entries: &Array) -> JsValue {
@@ -304,10 +308,12 @@ fn bind_group_layouts(device: &Device) -> [JsValue; 3] {
         object([("binding", &binding.into()), ("visibility", &STAGES.into()), (kind, &what)])
     };
     let uniforms = entry(0, "buffer", object([("hasDynamicOffset", &true.into())]));
-    let texture =
-        |binding, kind: &str| entry(binding, "texture", object([("sampleType", &kind.into())]));
-    let tables = (0..4).map(|binding| texture(binding, "uint")).collect();
-    [Array::of1(&uniforms), tables, Array::of1(&texture(0, "unfilterable-float"))]
+    let table = |binding| entry(binding, "texture", object([("sampleType", &"uint".into())]));
+    let tables = (0..4).map(table).collect();
+    // Nothing said is a texture of floats, and a sampler that blends them.
+    let colors =
+        Array::of2(&entry(0, "texture", Object::new()), &entry(1, "sampler", Object::new()));
+    [Array::of1(&uniforms), tables, colors]
         .map(|entries| device.create_bind_group_layout(&object([("entries", &entries)])))
 }
 

@@ -19,6 +19,8 @@ extern "C" {
     pub fn create_render_pipeline_async(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createBuffer)]
     pub fn create_buffer(this: &Device, descriptor: &Object) -> JsValue;
+    #[wasm_bindgen(method, js_name = createSampler)]
+    pub fn create_sampler(this: &Device, descriptor: &Object) -> JsValue;
     #[wasm_bindgen(method, js_name = createTexture)]
     pub fn create_texture(this: &Device, descriptor: &Object) -> Texture;
     #[wasm_bindgen(method, js_name = createBindGroup)]

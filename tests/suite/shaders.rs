@@ -1,8 +1,8 @@
 //! Shaders without a GPU: they are valid, they translate for WebGL2, and their constants and
 //! uniforms are those of their Rust twins.
 
-#[path = "../../shaders/parentheses.rs"]
-mod parentheses;
+#[path = "../../shaders/needless.rs"]
+mod needless;
 #[path = "../../shaders/paste.rs"]
 mod paste;
 #[path = "../../shaders/translate.rs"]
@@ -79,7 +79,7 @@ fn the_material_is_functions_that_a_program_can_paste() {
 }
 
 #[test]
-fn parentheses_that_change_nothing_are_left_out() {
+fn what_changes_nothing_is_left_out_of_glsl() {
     for (with, without) in [
         ("x=((a*b)+c);", "x=a*b+c;"),
         ("x=(a*(b+c));", "x=a*(b+c);"),
@@ -96,11 +96,16 @@ fn parentheses_that_change_nothing_are_left_out() {
         ("x=((a>>2u)&(b|c));", "x=a>>2u&(b|c);"),
         ("x=vec2((a+1e-30),((b)));", "x=vec2(a+1e-30,b);"),
         ("x=((a+b).x*c[(i+1u)]);", "x=(a+b).x*c[i+1u];"),
-        ("if(((a)&&(b<c))){return(d);}return(-(e));", "if(a&&b<c){return d;}return-e;"),
+        ("if(((a)&&(b<c))){return(d);}return(-(e));", "if(a&&b<c)return d;return-e;"),
+        ("if(a){b;}else{if(c){d;e;}}", "if(a)b;else{if(c){d;e;}}"),
+        ("if(a){if(b)c;}else{d;}", "if(a){if(b)c;}else d;"),
+        ("void f(){while(true){if((a)){break;}}}", "void f(){while(true){if(a)break;}}"),
+        ("float f(vec2 a){return(0.5*a.x+1.0);}", "float f(vec2 a){return .5*a.x+1.;}"),
+        ("x=0.0+10.0-1.05+a0.x+2u;", "x=0.+10.-1.05+a0.x+2u;"),
         ("#version 300 es\n\nprecision highp float;", "#version 300 es\n\nprecision highp float;"),
     ] {
-        assert_eq!(parentheses::without_needless(with), without);
-        assert_eq!(parentheses::without_needless(without), without);
+        assert_eq!(needless::without_needless(with), without);
+        assert_eq!(needless::without_needless(without), without);
     }
 }
 

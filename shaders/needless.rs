@@ -1,5 +1,5 @@
-//! GLSL without parentheses that change nothing: naga puts them around all that it works out, and they are a twentieth of
-//! what a page fetches.
+//! GLSL without what changes nothing: parentheses, which naga puts around all that it works out, braces around one statement,
+//! and zeros at the ends of numbers. They are a twentieth of what a page fetches.
 
 use super::translate::{declarations, tokens};
 
@@ -48,6 +48,9 @@ fn of_declaration(text: &str) -> String {
     }
     let tokens = joined(text);
     let mut is_kept = vec![true; tokens.len()];
+    for (start, end) in needless_braces(&tokens) {
+        (is_kept[start], is_kept[end]) = (false, false);
+    }
     let mut groups = vec![Group { start: 0, is_loose: false, least: WHOLE }];
     for (i, token) in tokens.iter().enumerate() {
         match &token[..] {
@@ -79,7 +82,9 @@ fn of_declaration(text: &str) -> String {
     let kept = tokens.iter().zip(is_kept).filter_map(|(token, is_kept)| is_kept.then_some(token));
     let mut short = String::new();
     for token in kept {
-        let would_join = (ends_word(&short) && token.starts_with(is_word))
+        let token = without_zeros(token);
+        let is_number = token.len() > 1 && token.starts_with('.');
+        let would_join = (ends_word(&short) && (is_number || token.starts_with(is_word)))
             || (short.ends_with('-') && token.starts_with('-'));
         if would_join {
             short.push(' ');
@@ -87,6 +92,45 @@ fn of_declaration(text: &str) -> String {
         short += token;
     }
     short
+}
+
+/// Where braces are around one statement alone.
+fn needless_braces(tokens: &[String]) -> Vec<(usize, usize)> {
+    let mut all = Vec::new();
+    // Whether what is between the last parentheses is a condition.
+    let mut conditions = Vec::new();
+    let mut is_condition = false;
+    for (i, token) in tokens.iter().enumerate() {
+        let before = i.checked_sub(1).map_or("", |before| &tokens[before]);
+        match &token[..] {
+            "(" => conditions.push(before == "if" || before == "while"),
+            ")" => is_condition = conditions.pop().unwrap_or(false),
+            "{" if before == "else" || (before == ")" && is_condition) => {
+                let is_end = |token: &String| [";", "{", "}"].contains(&&token[..]);
+                let ends = (i + 1..tokens.len()).filter(|&at| is_end(&tokens[at])).take(2);
+                // Else what follows might be taken for that one's.
+                let is_plain = tokens.get(i + 1).is_some_and(|next| next != "if");
+                if let [first, second] = ends.collect::<Vec<_>>()[..]
+                    && is_plain
+                    && (&tokens[first][..], &tokens[second][..]) == (";", "}")
+                {
+                    all.push((i, second));
+                }
+            }
+            _ => {}
+        }
+    }
+    all
+}
+
+/// A number without zeros that it can do without; other tokens as they are.
+fn without_zeros(token: &str) -> &str {
+    let is_number = token.starts_with(|c: char| c.is_ascii_digit());
+    match token.split_once('.') {
+        Some((whole, "0")) if is_number => &token[..=whole.len()],
+        Some(("0", _)) if is_number => &token[1..],
+        _ => token,
+    }
 }
 
 /// How tightly the token binds; `None` where it is no operator.
