@@ -128,7 +128,7 @@ fn without_zeros(token: &str) -> &str {
     let is_number = token.starts_with(|c: char| c.is_ascii_digit());
     match token.split_once('.') {
         Some((whole, "0")) if is_number => &token[..=whole.len()],
-        Some(("0", _)) if is_number => &token[1..],
+        Some(("0", part)) if is_number && !part.is_empty() => &token[1..],
         _ => token,
     }
 }
@@ -168,12 +168,12 @@ fn joined(text: &str) -> Vec<String> {
             may_join = false;
             continue;
         }
-        let is_exponent = |number: &str| {
-            number.starts_with(|c: char| c.is_ascii_digit()) && number.ends_with(['e', '-'])
-        };
+        let starts_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit());
+        let is_exponent = |number: &str| starts_number(number) && number.ends_with(['e', '-']);
         match all.last_mut().filter(|_| may_join) {
             Some(last)
                 if PAIRS.contains(&[last, token].concat().as_str())
+                    || (last == "." && starts_number(token))
                     || (is_exponent(last) && (token == "-" || last.ends_with('-'))) =>
             {
                 *last += token;
