@@ -397,13 +397,13 @@ mod tests {
     #[test]
     fn without_antialiasing_the_pixel_is_one_sample() {
         let mut camera = Camera::new(SIZE, [800, 600]);
-        camera.look_at(camera.center(), 0.25);
+        camera.look_at(camera.center(), 0.5);
         let target = Target { height: 600, origin: Origin::TopLeft, alpha: Alpha::Straight };
         let samples = |antialias| {
             let view = uniforms(&camera, target, antialias);
             (view.samples, view.sub_pixel)
         };
-        assert_eq!(samples(true), (4, 1.0));
-        assert_eq!(samples(false), (1, 4.0));
+        assert_eq!(samples(true), (2, 1.0));
+        assert_eq!(samples(false), (1, 2.0));
     }
 }
