@@ -19,8 +19,9 @@ const BUDGET = GIGABYTES * 64 * MIB;
 /** Free memory of the module lies in pieces: it may grow by some of them, but not by every tile. */
 const MOST_GROWN = 3 * MIB;
 const MOST_TO_WARM = 80;
-/** Each passes four tiles. */
+/** Each passes four tiles: so many at least, and for so many milliseconds. */
 const DRAGS = 30;
+const DRAGGED = 10_000;
 
 const run = harness.session();
 const picture = huge(
@@ -107,7 +108,8 @@ for (const backend of harness.BACKENDS) {
       if (same === 0) before = now;
     }
     const [warm, most] = [step, { ...before }];
-    while (step < warm + DRAGS) {
+    const start = performance.now();
+    while (step < warm + DRAGS || performance.now() < start + DRAGGED) {
       const now = await drag();
       for (const what of Object.keys(most)) most[what] = Math.max(most[what], now[what]);
     }
