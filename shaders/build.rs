@@ -5,6 +5,8 @@ mod needless;
 #[cfg(feature = "gpu")]
 mod paste;
 #[cfg(feature = "gpu")]
+mod shorten;
+#[cfg(feature = "gpu")]
 mod translate;
 
 fn main() {
@@ -28,9 +30,8 @@ fn main() {
 #[cfg(feature = "gpu")]
 fn write_shaders() -> Result<(), String> {
     use needless::without_needless;
-    use translate::{
-        MODULES, TEXTURES, UNIFORMS, minify, shorten, shorten_values, translate, validate,
-    };
+    use shorten::{minify, shorten, shorten_values};
+    use translate::{MODULES, TEXTURES, UNIFORMS, translate, validate};
 
     const WEB: &str = "#[cfg(target_arch = \"wasm32\")]\n";
     const NATIVE: &str = "#[cfg(not(target_arch = \"wasm32\"))]\n";

@@ -1,7 +1,7 @@
 //! GLSL without what changes nothing: parentheses, which naga puts around all that it works out, braces around one statement,
 //! and zeros at the ends of numbers. They are a twentieth of what a page fetches.
 
-use super::translate::{declarations, tokens};
+use super::shorten::{declarations, tokens};
 
 /// How tightly an operator binds what is beside it: the table of GLSL ES 3.00, section 5.1, the tightest last. All of two
 /// sides group from the left but the first two here.

@@ -1,6 +1,7 @@
 //! The material: functions that other programs paste into their own shaders, in WGSL and in GLSL ES 3.00, made of the
 //! files that the viewer's shaders are made of. Shared by the build script and by `tests/suite/shaders.rs`.
 
+use super::shorten::{self, tokens};
 use super::translate::{self, validate};
 use naga::ShaderStage;
 use std::collections::BTreeSet;
@@ -72,8 +73,7 @@ fn without_comments(text: &str) -> String {
 /// A declaration of the module with what is written before it, and its name.
 fn declarations(text: &str) -> Vec<(&str, &str)> {
     let named = |declaration| {
-        let mut tokens =
-            translate::tokens(declaration).into_iter().filter(|t| !t.trim().is_empty());
+        let mut tokens = tokens(declaration).into_iter().filter(|t| !t.trim().is_empty());
         let kind = tokens.by_ref().find(|t| ["fn", "struct", "const", "var"].contains(t));
         let mut depth = 0;
         // Of a variable its kind is said between.
@@ -85,7 +85,7 @@ fn declarations(text: &str) -> Vec<(&str, &str)> {
         });
         kind.and(name).map(|name| (declaration, name))
     };
-    translate::declarations(text).filter_map(named).collect()
+    shorten::declarations(text).filter_map(named).collect()
 }
 
 /// With the prefix before each name that the module declares, wherever it is used.
@@ -95,7 +95,7 @@ fn prefixed(text: &str) -> String {
         .map(|(_, name)| name)
         .filter(|name| !name.starts_with(PREFIX))
         .collect();
-    let tokens = translate::tokens(text);
+    let tokens = tokens(text);
     // Fields too that are called so: a name is the same everywhere.
     let renamed = tokens.iter().map(|token| match names.contains(token) {
         true => [PREFIX, token].concat(),
@@ -112,7 +112,7 @@ fn needed(text: &str, names: &[&str]) -> String {
         let before = wanted.len();
         for (declaration, name) in &all {
             if wanted.contains(name) {
-                wanted.extend(translate::tokens(declaration));
+                wanted.extend(tokens(declaration));
             }
         }
         if wanted.len() == before {
@@ -128,7 +128,7 @@ fn functions(glsl: &str) -> String {
     let own = ["#", "precision ", "layout(location", "smooth in", "flat in", "in "];
     let lines = glsl.lines().filter(|line| !own.iter().any(|start| line.starts_with(start)));
     let text: String = lines.map(|line| format!("{line}\n")).collect();
-    let kept = translate::declarations(&text).filter(|part| !part.contains("void main()"));
+    let kept = shorten::declarations(&text).filter(|part| !part.contains("void main()"));
     kept.collect::<String>().lines().filter(|line| !line.is_empty()).fold(
         String::new(),
         |mut all, line| {

@@ -146,6 +146,12 @@ fn paint_two(plain: Corner) -> @location(0) vec4<f32> {
     return finished(mix(premultiplied(plain.colors.y), premultiplied(plain.colors.x), share), middle);
 }
 
+@fragment
+fn paint_rest(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
+    let middle = middle_of(position);
+    return finished(color_of(decode_at(middle)), middle);
+}
+
 // The place of the sub-sample after one, in a row from left to right and then in the next; past the last row once all
 // have been.
 fn next_sample(at: vec2<f32>) -> vec2<f32> {
@@ -157,17 +163,27 @@ fn is_past_samples(at: vec2<f32>) -> bool {
     return at.y > f32(min(view.samples, MAX_SAMPLES));
 }
 
+// What lies around a pixel's middle, as far as `reach` pixels of the scene.
+fn around_pixel(middle: vec2<f32>, reach: f32) -> Around {
+    return around(view.offset + (middle - view.middle) * view.pixel, reach);
+}
+
+// The rest where a pixel takes several samples. Of most pixels it is known before that all are of one region.
 @fragment
-fn paint_rest(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
+fn paint_sampled(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let middle = middle_of(position);
-    var sum = vec4(0.0);
     let samples = f32(view.samples);
-    var at = vec2(0.5);
-    loop {
-        sum += color_of(decode_at(middle - 0.5 + at / samples));
-        at = next_sample(at);
-        if is_past_samples(at) {
-            break;
+    let there = around_pixel(middle, 0.5 * view.pixel);
+    var sum = premultiplied(style(there.region).x) * samples * samples;
+    if !there.is_one {
+        sum = vec4(0.0);
+        var at = vec2(0.5);
+        loop {
+            sum += color_of(decode_at(middle - 0.5 + at / samples));
+            at = next_sample(at);
+            if is_past_samples(at) {
+                break;
+            }
         }
     }
     return finished(sum / (samples * samples), middle);
@@ -181,9 +197,9 @@ fn paint_styled(corner: Corner) -> @location(0) vec4<f32> {
     var is_quiet = corner.colors.x != 0u;
     // As if it were a pattern: sample by sample.
     var words = vec4(0u, 0u, NONE, 0u);
-    if !is_quiet {
-        let there = around(view.offset + (middle - view.middle) * view.pixel, pixels_seen(0.5 / samples));
-        is_quiet = there.is_quiet;
+    if !is_quiet | (view.samples > 1u) {
+        let there = around_pixel(middle, pixels_seen(0.5 / samples));
+        is_quiet |= there.is_quiet;
         if there.is_one {
             words = style(there.region);
         }

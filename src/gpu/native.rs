@@ -20,8 +20,9 @@ pub(super) struct Gpu {
     format: wgpu::TextureFormat,
     /// Of the uniforms, of the tables, and of a level's colours.
     layouts: [wgpu::BindGroupLayout; 3],
-    /// One for each of the draws: what is of one region, of two, the rest, the same with styles, and what is far away.
-    pipelines: [wgpu::RenderPipeline; 5],
+    /// One for each of the draws: what is of one region, of two, the rest, the same in several samples
+    /// and with styles, and what is far away.
+    pipelines: [wgpu::RenderPipeline; 6],
     max_side: u32,
     failure: Failure,
 }
@@ -363,7 +364,7 @@ fn pipelines(
     device: &wgpu::Device,
     [uniforms, tables, colors]: &[wgpu::BindGroupLayout; 3],
     format: wgpu::TextureFormat,
-) -> [wgpu::RenderPipeline; 5] {
+) -> [wgpu::RenderPipeline; 6] {
     let source = wgpu::ShaderSource::Wgsl(picture::WGSL.into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
     let layout = |bound| {

@@ -44,7 +44,7 @@ const FAR_AWAY: f32 = 1e9;
 
 /// The number of the draw that paints what is far away: it reads a level's colours, where others read a scene's
 /// tables.
-pub(super) const FAR: usize = 4;
+pub(super) const FAR: usize = 5;
 
 /// From one layer's uniforms to the next in a buffer: what every WebGPU device allows.
 pub(super) const UNIFORM_STEP: u32 = 256;
@@ -182,7 +182,12 @@ impl Layer {
         let patches = |kind| [kind * corners, corners, rows];
         let one = (0, patches(0));
         let two = (1, patches(1));
-        let rest = (if self.is_styled { 3 } else { 2 }, patches(2));
+        let rest = match self.is_styled {
+            true => 4,
+            false if self.uniforms.samples > 1 => 3,
+            false => 2,
+        };
+        let rest = (rest, patches(2));
         let far = (FAR, [0, 3, 1]);
         let in_patches = self.uniforms.flags & ViewUniforms::PATCHES != 0;
         let is_far = self.far.is_some();

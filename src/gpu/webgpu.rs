@@ -327,7 +327,7 @@ pub(super) fn pipelines(device: JsValue, format: &JsValue, shaders: &JsValue) ->
         device.create_render_pipeline_async(&descriptor)
     };
     // All before the first is waited for.
-    Array::of3(&promise(0), &promise(1), &promise(2))
+    Array::of4(&promise(0), &promise(1), &promise(2), &promise(3))
 }
 
 /// What the pipeline of a draw is made of.

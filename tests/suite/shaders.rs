@@ -5,13 +5,13 @@
 mod needless;
 #[path = "../../shaders/paste.rs"]
 mod paste;
+#[path = "../../shaders/shorten.rs"]
+mod shorten;
 #[path = "../../shaders/translate.rs"]
 mod translate;
 
-use translate::{
-    Draw, MODULES, Shaders, TEXTURES, UNIFORMS, minify, shorten, shorten_values, translate,
-    validate,
-};
+use shorten::{minify, shorten, shorten_values};
+use translate::{Draw, MODULES, Shaders, TEXTURES, UNIFORMS, translate, validate};
 
 fn wgsl(shaders: &Shaders) -> String {
     joined(shaders.files)
@@ -106,6 +106,53 @@ fn what_changes_nothing_is_left_out_of_glsl() {
     ] {
         assert_eq!(needless::without_needless(with), without);
         assert_eq!(needless::without_needless(without), without);
+    }
+}
+
+#[test]
+fn names_of_a_function_are_in_the_order_in_which_it_has_them() {
+    let wgsl = "const far=2.0;fn at(place:vec2<f32>,by:f32)->f32{let at=at(place.yx,far);var sum=at;\
+                loop{let by=sum;sum+=by*place.x;}return sum+by;}";
+    assert_eq!(
+        shorten(wgsl, &[]),
+        "const e=2.0;fn a(b:vec2<f32>,c:f32)->f32{let d=a(b.yx,e);var f=d;\
+         loop{let c=f;f+=c*b.x;}return f+c;}"
+    );
+}
+
+#[test]
+fn glsl_declares_what_it_has_where_it_is_set() {
+    for (long, short) in [
+        // Numbers in the places of constants, and names in order.
+        (
+            "const uint be=4u;uint f(uint q,S be_1){return q&be+be_1.be;}",
+            "uint f(uint a,S b){return a&4u+b.be;}",
+        ),
+        // Set later, and in a block that has all of it.
+        (
+            "float f(float q){float s=0.;float t_1=q*q;g(t_1,t_1);s=t_1;h(s,s);return s;}",
+            "float f(float a){float b=a*a;g(b,b);float c=b;h(c,c);return c;}",
+        ),
+        ("void f(){float s=0.;if(c){s=1.;h(s,s);}}", "void f(){if(c){float a=1.;h(a,a);}}"),
+        // Not where some have use for what it was before: after the block, in what sets it, or where it is set in part.
+        (
+            "float f(){float s=0.;if(c){s=1.;}return s;}",
+            "float f(){float a=0.;if(c){a=1.;}return a;}",
+        ),
+        (
+            "float f(){float s=0.;h(1.);s=s+1.;return s+s;}",
+            "float f(){float a=0.;h(1.);a=a+1.;return a+a;}",
+        ),
+        (
+            "vec2 f(){vec2 s=vec2(0.);h(1.);s.x=1.;return s+s;}",
+            "vec2 f(){vec2 a=vec2(0.);h(1.);a.x=1.;return a+a;}",
+        ),
+        (
+            "void f(){float s=0.;while(true){if(s>1.){break;}s=2.;}}",
+            "void f(){float a=0.;while(true){if(a>1.){break;}a=2.;}}",
+        ),
+    ] {
+        assert_eq!(shorten_values(long), short);
     }
 }
 
