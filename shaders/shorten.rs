@@ -191,7 +191,7 @@ fn rename_locals(shader: &str, locals: impl for<'a> Fn(&[&'a str]) -> Vec<&'a st
     for declaration in declarations(shader) {
         let tokens = tokens(declaration);
         let mut names = locals(&tokens);
-        if function_name(declaration).is_none() {
+        if !is_function(declaration) {
             names.clear();
         }
         // Neither a field that is called so nor a function.
@@ -249,11 +249,10 @@ pub fn declarations(glsl: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The name of the function that is declared.
-fn function_name(declaration: &str) -> Option<&str> {
-    let (before, after) = declaration.split_once('(')?;
-    let name = before.rsplit(|c: char| c.is_whitespace()).next()?;
-    after.contains('{').then_some(name)
+/// Whether it is a function that is declared, in WGSL or in GLSL. A block of uniforms has parentheses and braces too.
+fn is_function(declaration: &str) -> bool {
+    let head = declaration.split('{').next().unwrap_or_default();
+    head.len() < declaration.len() && (head.ends_with(')') || head.contains(")->"))
 }
 
 /// The shortest names that are free, for those that are used most.

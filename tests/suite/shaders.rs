@@ -128,6 +128,10 @@ fn glsl_declares_what_it_has_where_it_is_set() {
             "const uint be=4u;uint f(uint q,S be_1){return q&be+be_1.be;}",
             "uint f(uint a,S b){return a&4u+b.be;}",
         ),
+        (
+            "layout(std140)uniform _b{S _u;};struct S{vec2 s;};flat in vec3 _v1;",
+            "layout(std140)uniform _b{S _u;};struct S{vec2 s;};flat in vec3 _v1;",
+        ),
         // Set later, and in a block that has all of it.
         (
             "float f(float q){float s=0.;float t_1=q*q;g(t_1,t_1);s=t_1;h(s,s);return s;}",
