@@ -84,22 +84,21 @@ pub fn shorten(wgsl: &str, keep: &[&str]) -> String {
     })
 }
 
-/// GLSL in which a variable is declared where it is first set, and not before with a value that nobody reads. Naga
-/// declares each at the start of a block that may be far around.
-fn declare_late(glsl: &str) -> String {
-    let mut late = String::new();
-    for declaration in declarations(glsl) {
+/// GLSL of which each declaration is changed as often as there is something to change in it.
+fn settled(glsl: &str, change_one: impl Fn(&str) -> Option<String>) -> String {
+    let settle = |declaration: &str| {
         let mut text = declaration.to_owned();
-        while let Some(later) = declare_one_late(&text) {
-            text = later;
+        while let Some(changed) = change_one(&text) {
+            text = changed;
         }
-        late.push_str(&text);
-    }
-    late
+        text
+    };
+    declarations(glsl).map(settle).collect()
 }
 
-/// The same of one variable, the first that there is.
-fn declare_one_late(function: &str) -> Option<String> {
+/// A function in which a variable, the first that there is, is declared where it is first set, and not before with a value
+/// that nobody reads. Naga declares each at the start of a block that may be far around.
+fn declare_late(function: &str) -> Option<String> {
     let tokens = tokens(function);
     let is_edge = |token: &str| [";", "{", "}"].contains(&token);
     let end_from = |start: usize| (start..tokens.len()).find(|&i| tokens[i] == ";");
@@ -128,21 +127,9 @@ fn declare_one_late(function: &str) -> Option<String> {
     })
 }
 
-/// GLSL in which a value that only the next statement has use for is worked out there. Naga gives each a name and a
-/// statement of its own. Nothing comes between the two, and nothing in either changes what the other reads.
-fn join_values(glsl: &str) -> String {
-    let mut joined = String::new();
-    for declaration in declarations(glsl) {
-        let mut text = declaration.to_owned();
-        while let Some(shorter) = join_value(&text) {
-            text = shorter;
-        }
-        joined.push_str(&text);
-    }
-    joined
-}
-
-/// The same of one value, the first that there is.
+/// A function in which a value, the first that there is, is worked out in the next statement, which alone has use for it.
+/// Naga gives each a name and a statement of its own. Nothing comes between the two, and nothing in either changes what
+/// the other reads.
 fn join_value(function: &str) -> Option<String> {
     let tokens = tokens(function);
     let statements: Vec<usize> =
@@ -169,7 +156,7 @@ fn join_value(function: &str) -> Option<String> {
 /// GLSL with a letter for each of the values and names that naga has numbered, and with numbers in the places of
 /// constants. What is worked out for the next statement alone is part of it.
 pub fn shorten_values(glsl: &str) -> String {
-    let glsl = join_values(&declare_late(&without_constants(glsl)));
+    let glsl = settled(&settled(&without_constants(glsl), declare_late), join_value);
     rename_locals(&glsl, |tokens| {
         // A type, and what is called so: a variable or a parameter.
         let is_name = |token: &str| token.starts_with(|c: char| c.is_alphabetic() || c == '_');
