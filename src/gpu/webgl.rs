@@ -54,8 +54,9 @@ impl WebGl {
         let framebuffer = gl.create_framebuffer();
         let programs = [const { OnceCell::new() }; picture::ENTRY_POINTS.len()];
         let own = WebGl { gl, canvas, programs, shaders, framebuffer, max_side };
-        // Asked for now, so that a driver that refuses it is told of before anything is drawn.
-        own.program(2)?;
+        // Asked for now, so that a driver that refuses it is told of before anything is drawn. Of the draws of most first
+        // frames, which show all of a picture, it is the one with most in it.
+        own.program(3)?;
         Ok(own)
     }
 
