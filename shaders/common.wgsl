@@ -35,7 +35,7 @@ struct View {
     start: vec2<f32>,
     // From close by (CLOSE): where the four cells in sight meet, in pixels of the viewport.
     split: vec2<f32>,
-    // Pixels of the scene per screen pixel (from close by 1), and per sub-sample.
+    // Pixels of the scene per screen pixel, and per sub-sample; from close by both are 1.
     pixel: f32,
     sub_pixel: f32,
     // Sub-samples along an axis of a screen pixel.
@@ -67,6 +67,8 @@ const OUTLINES = 8u;
 const PATCHES = 16u;
 // The view is turned: no scissors cut out the scene's own pixels.
 const TURNED = 32u;
+// Samples that reach across a border of a cell that disagrees with its neighbours are cut there.
+const CUT_AT_BORDERS = 64u;
 
 const MAX_CANDIDATES = 16u;
 const MAX_SAMPLES = 16u;
@@ -86,12 +88,14 @@ fn folded(index: u32) -> vec2<u32> {
 
 // A block's or a cell's word that names one region for all of it.
 const SOLID = 0x80000000u;
+// Of such, and of all cells' words: a neighbour shows something else near the border than it would itself.
+const DISAGREES = 0x01000000u;
 const REGION_MASK = 0x00ffffffu;
 // A block's word otherwise: where its cells start, and log2 of its texel size above.
 const CELLS_MASK = 0x0fffffffu;
 const TEXEL_LOG2_SHIFT = 28u;
 // A cell's word otherwise: where its cuts start, whether they are by pairs of candidates, and the
 // number of candidates above.
-const CUTS_MASK = 0x01ffffffu;
+const CUTS_MASK = 0x00ffffffu;
 const BY_PAIRS = 0x02000000u;
 const COUNT_SHIFT = 26u;

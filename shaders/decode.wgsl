@@ -4,8 +4,8 @@
 // A cut in the table: a biquadratic polynomial of the place in its cell, as three columns of
 // coefficients (of x^0, x^1, x^2, each for y^0, y^1, y^2), and a word beside each.
 struct Cut {
-    // The value, and its gradient per sub-sample.
-    at: vec3<f32>,
+    // The value and its gradient per sub-sample, and the second derivatives: by x twice, by x and y, by y twice.
+    at: mat2x3<f32>,
     // The candidate on the positive side: its region.
     region: u32,
     // By pairs: see NOTHING.
@@ -44,16 +44,30 @@ fn steepest(c: Columns, low: vec2<f32>, high: vec2<f32>) -> f32 {
     return length(vec2(dot(c1 + 2.0 * most.x * c2, powers), row.y + 2.0 * most.y * row.z));
 }
 
-// A cut where the place in the cell is `u`, in units of which `per_cell` is a sub-sample.
-fn cut(index: u32, u: vec2<f32>, per_cell: f32) -> Cut {
+// A cut where the place in the cell is `u`, in units of which `per_cell` is a sub-sample, across and down.
+fn cut(index: u32, u: vec2<f32>, per_cell: vec2<f32>) -> Cut {
     let columns = columns(index);
     let c1 = bitcast<vec3<f32>>(columns.c1.xyz);
-    let steep = u.x * bitcast<vec3<f32>>(columns.c2.xyz);
+    let c2 = bitcast<vec3<f32>>(columns.c2.xyz);
+    let steep = u.x * c2;
     let row = bitcast<vec3<f32>>(columns.c0.xyz) + u.x * (c1 + steep);
-    let powers = vec3(1.0, u.y, u.y * u.y);
-    let gradient = vec2(dot(c1 + 2.0 * steep, powers), row.y + 2.0 * u.y * row.z);
-    let value = vec3(dot(row, powers), gradient * per_cell);
-    return Cut(value, columns.c0.w, columns.c1.w, columns.c2.w);
+    let local = derivatives(row, c1 + 2.0 * steep, c2, u.y);
+    let gradient = local[0].yz;
+    let bend = local[1];
+    let at = mat2x3(
+        vec3(local[0].x, gradient * per_cell),
+        bend * vec3(per_cell.x * per_cell.x, per_cell.x * per_cell.y, per_cell.y * per_cell.y),
+    );
+    return Cut(at, columns.c0.w, columns.c1.w, columns.c2.w);
+}
+
+// Of a polynomial's value at some x, its slope by x and half of how that bends, all of them polynomials of y.
+fn derivatives(row: vec3<f32>, slope: vec3<f32>, bend: vec3<f32>, y: f32) -> mat2x3<f32> {
+    let powers = vec3(1.0, y, y * y);
+    return mat2x3(
+        vec3(dot(row, powers), dot(slope, powers), row.y + 2.0 * y * row.z),
+        vec3(2.0 * dot(bend, powers), slope.y + 2.0 * y * slope.z, 2.0 * row.z),
+    );
 }
 
 // The side of a boundary that the place is not on.
@@ -61,8 +75,8 @@ struct Side {
     // How far the boundary is, FAR where there is none.
     distance: f32,
     region: u32,
-    // The boundary's value and gradient, positive where the place is.
-    cut: vec3<f32>,
+    // The boundary, positive where the place is.
+    cut: mat2x3<f32>,
     candidate: u32,
 }
 
@@ -79,15 +93,24 @@ struct Sides {
 }
 
 fn no_sides() -> Sides {
-    let none = Side(FAR, 0u, vec3(0.0), 0u);
+    let none = Side(FAR, 0u, mat2x3<f32>(), 0u);
     return Sides(none, none);
 }
 
-fn with_side(sides: Sides, own: u32, boundary: vec3<f32>, region: u32, candidate: u32) -> Sides {
-    let steepness = length(boundary.yz);
-    let distance = max(boundary.x, 0.0) / max(steepness, 1e-30);
+// How far a boundary is along its steepest way, which bends; where it turns before, it is not within reach.
+fn distance_to(boundary: mat2x3<f32>) -> f32 {
+    let by = boundary[0].yz;
+    let square = dot(by, by);
+    let value = max(boundary[0].x, 0.0);
+    let bend = dot(vec3(by.x * by.x, 2.0 * by.x * by.y, by.y * by.y), boundary[1]) / max(square, 1e-30);
+    let left = square - 2.0 * bend * value;
+    let along = 2.0 * value / max(sqrt(square) + sqrt(max(left, 0.0)), 1e-30);
+    return select(FAR, max(along, select(0.0, REACH, left < 0.0)), square > 0.0);
+}
+
+fn with_side(sides: Sides, own: u32, boundary: mat2x3<f32>, region: u32, candidate: u32) -> Sides {
     var near = sides.near;
-    var next = Side(select(FAR, distance, steepness > 0.0), region, boundary, candidate);
+    var next = Side(distance_to(boundary), region, boundary, candidate);
     if (next.distance < near.distance) & (region != own) {
         near = next;
         next = sides.near;
@@ -112,7 +135,7 @@ fn solid(region: u32) -> Decoded {
 }
 
 fn far(region: u32, side: Side) -> Decoded {
-    return Decoded(vec3(region, side.region, region), vec3(1.0, 0.0, 0.0), side.cut);
+    return Decoded(vec3(region, side.region, region), vec3(1.0, 0.0, 0.0), side.cut[0]);
 }
 
 // How much of a unit square is on the positive side of a line at `distance` from its middle, which
@@ -127,17 +150,18 @@ fn share(distance: f32, normal: vec2<f32>) -> f32 {
 }
 
 fn share_of_two(region: u32, side: Side) -> Decoded {
-    let own = share(side.distance, side.cut.yz);
-    return Decoded(vec3(region, side.region, region), vec3(own, 1.0 - own, 0.0), side.cut);
+    let own = share(side.distance, side.cut[0].yz);
+    return Decoded(vec3(region, side.region, region), vec3(own, 1.0 - own, 0.0), side.cut[0]);
 }
 
-fn rows(cut: vec3<f32>, x: vec4<f32>, y: vec4<f32>) -> vec4<f32> {
-    return cut.x + cut.y * x + cut.z * y;
+fn values(cut: mat2x3<f32>, x: vec4<f32>, y: vec4<f32>) -> vec4<f32> {
+    let by_x = cut[0].y + 0.5 * cut[1].x * x + cut[1].y * y;
+    return cut[0].x + by_x * x + (cut[0].z + 0.5 * cut[1].z * y) * y;
 }
 
 // A share of a pixel where three regions meet: sixteen places in it, no two in a row or a column, and of a sub-sample four.
 // `between` parts the other two, positive towards the nearer. Each place is the deepest's, since planes may leave a gap.
-fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
+fn share_of_three(region: u32, sides: Sides, between: mat2x3<f32>) -> Decoded {
     var shares = vec3(0.0);
     let rounds = select(4u, 1u, view.samples > 1u);
     let share = 0.25 / f32(rounds);
@@ -146,9 +170,9 @@ fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
         let x = vec4(0.5, 1.5, 2.5, 3.5) * share + (0.25 * f32(i) - 0.5);
         let row = (2u * i + (i >> 1u)) & 3u;
         let y = vec4(0.0, -0.5, 0.25, -0.25) + (f32(row) + 0.5) * share;
-        let to_near = rows(sides.near.cut, x, y);
-        let to_next = rows(sides.next.cut, x, y);
-        let from_near = rows(between, x, y);
+        let to_near = values(sides.near.cut, x, y);
+        let to_next = values(sides.next.cut, x, y);
+        let from_near = values(between, x, y);
         let near_depth = min(from_near, -to_near);
         let next_depth = min(-to_next, -from_near);
         let is_own = step(max(near_depth, next_depth), min(to_near, to_next));
@@ -161,13 +185,13 @@ fn share_of_three(region: u32, sides: Sides, between: vec3<f32>) -> Decoded {
     }
     shares.z = 1.0 - shares.x - shares.y;
     let regions = vec3(region, sides.near.region, sides.next.region);
-    return Decoded(regions, shares, sides.near.cut);
+    return Decoded(regions, shares, sides.near.cut[0]);
 }
 
 // How much of a pixel is on its middle's side of a boundary between two.
-fn own_share(cut: vec3<f32>) -> f32 {
-    let distance = abs(cut.x) / max(length(cut.yz), 1e-30);
-    return select(share(distance, cut.yz), 1.0, distance >= REACH);
+fn own_share(cut: mat2x3<f32>) -> f32 {
+    let distance = distance_to(cut * sign(cut[0].x));
+    return select(share(distance, cut[0].yz), 1.0, distance >= REACH);
 }
 
 // The place of pair (i, j), i < j, among the cuts of `count` candidates.
@@ -183,7 +207,7 @@ const TO_NEXT = 3u;
 const BETWEEN = 4u;
 const DONE = 5u;
 
-// What a cell shows where the place in it is `u`, in units of which `per_cell` is a sub-sample.
+// What a cell shows where the place in it is `u`, in units of which `per_cell` is a sub-sample, across and down.
 //
 // As a rule each candidate but the first has a cut against the first, and differences of cuts part the others: the
 // winner is the candidate whose own is greatest. Where a list has planes of its own there is a cut for each pair: the
@@ -191,7 +215,7 @@ const DONE = 5u;
 // go round in a circle: boundaries there are where two are as deep as each other, and no p is zero.
 //
 // All cuts are looked up in one loop: a GPU that runs pixels in step pays for every place in the code that does.
-fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
+fn decode_cell(word: u32, u: vec2<f32>, per_cell: vec2<f32>) -> Decoded {
     if (word & SOLID) != 0u {
         return solid(word & REGION_MASK);
     }
@@ -208,28 +232,28 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
     var region = 0u;
     var winner = 0u;
     var deepest = -FAR;
-    var own = vec3(0.0);
+    var own = mat2x3<f32>();
     // By pairs, the least p_ij of i so far, and that cut.
     var depth = FAR;
-    var least = vec3(0.0);
+    var least = mat2x3<f32>();
     var sides = no_sides();
-    var between = vec3(0.0);
+    var between = mat2x3<f32>();
     loop {
         let index = select(j - 1u, pair(min(i, j), max(i, j), count), by_pairs);
         let c = cut(start + index, u, per_cell);
         // As it is seen from i, positive there.
         let is_second = i > j;
-        let at = select(-c.at, c.at, is_second);
+        let at = c.at * select(-1.0, 1.0, is_second);
         var other = select(c.region, c.other, is_second);
         // A side that has been found, if one has.
-        var boundary = vec3(0.0);
+        var boundary = mat2x3<f32>();
         var candidate = j;
         var is_side = false;
         if count == 2u {
-            let second = c.at.x > 0.0;
+            let second = c.at[0].x > 0.0;
             region = select(c.other, c.region, second);
             other = select(c.region, c.other, second);
-            boundary = select(-c.at, c.at, second);
+            boundary = c.at * select(-1.0, 1.0, second);
             is_side = true;
             goal = DONE;
         } else if goal == BETWEEN {
@@ -244,8 +268,8 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
             j = sides.next.candidate;
             goal = TO_NEXT;
         } else if by_pairs {
-            if (at.x < depth) & ((c.flags & NOTHING) == 0u) {
-                depth = at.x;
+            if (at[0].x < depth) & ((c.flags & NOTHING) == 0u) {
+                depth = at[0].x;
                 least = at;
             }
             j++;
@@ -284,7 +308,7 @@ fn decode_cell(word: u32, u: vec2<f32>, per_cell: f32) -> Decoded {
             if j == 1u {
                 region = c.other;
             }
-            if c.at.x > own.x {
+            if c.at[0].x > own[0].x {
                 own = c.at;
                 region = c.region;
                 winner = j;
@@ -365,7 +389,7 @@ fn decode(place: Place) -> Decoded {
     let cell = cell_of(vec2<u32>(place.pixel));
     let width = f32(1u << cell.log2);
     let within = place.pixel & vec2((1i << cell.log2) - 1i);
-    return decode_cell(cell.word, (vec2<f32>(within) + place.fraction) / width, view.sub_pixel / width);
+    return decode_cell(cell.word, (vec2<f32>(within) + place.fraction) / width, vec2(view.sub_pixel / width));
 }
 
 // From close by: the word of the cell on those sides of the split.
@@ -374,5 +398,5 @@ fn close_word(side: vec2<u32>) -> u32 {
 }
 
 fn decode_close(screen: vec2<f32>) -> Decoded {
-    return decode_cell(close_word(vec2<u32>(screen >= view.split)), screen - view.middle, 1.0);
+    return decode_cell(close_word(vec2<u32>(screen >= view.split)), screen - view.middle, vec2(1.0));
 }

@@ -1,5 +1,5 @@
 // IStar as a material: what a picture shows under a pixel of somebody else's scene. Other programs paste this together with what it needs
-// of the other files: shaders/paste.rs, which has `view` a variable of the module there and maps gradients by `footprint`. Tables:
+// of the other files: shaders/paste.rs, which has `view` a variable of the module there and maps derivatives by `footprint`. Tables:
 // src/material.rs.
 
 // One texel: the picture's width and height in pixels, log2 of its blocks' width, and log2 of the width of the colours' texels.
@@ -10,6 +10,12 @@
 
 // What a sub-sample covers: the sides of a parallelogram, in pixels of the picture.
 var<private> footprint: mat2x2<f32>;
+
+// Second derivatives along these sides.
+fn bent(bend: vec3<f32>) -> vec3<f32> {
+    let along = transpose(footprint) * mat2x2(bend.xy, bend.yz) * footprint;
+    return vec3(along[0], along[1].y);
+}
 
 // Sub-samples of a pixel, and samples of the colours.
 const MOST_DECODED = 16.0;

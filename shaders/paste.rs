@@ -7,14 +7,16 @@ use naga::ShaderStage;
 use std::collections::BTreeSet;
 
 /// What it is made of.
-pub const FILES: [&str; 4] = ["common.wgsl", "decode.wgsl", "styles.wgsl", "material.wgsl"];
+pub const FILES: [&str; 5] =
+    ["common.wgsl", "decode.wgsl", "styles.wgsl", "seen.wgsl", "material.wgsl"];
 
 /// What its files say otherwise there. Each is there once.
-const INSTEAD: [(&str, &str); 2] = [
+const INSTEAD: [(&str, &str); 3] = [
     // It has no uniforms: what these would say it says itself.
     ("@group(0) @binding(0) var<uniform> view: View;", "var<private> view: View;"),
     // A pixel is no square of the picture, but any parallelogram.
     ("gradient * per_cell", "(gradient * footprint) * per_cell"),
+    ("bend * vec3(", "bent(bend) * vec3("),
 ];
 
 /// The functions that programs call, and the entry point that is there for the translation alone.

@@ -54,7 +54,14 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
     let near = 0.5 * view.patch_width + view.pixel;
     let reach = 0.5 * view.patch_width + pixels_seen(0.0);
     var word = cell.word;
-    if ((cell.width < view.patch_width) & ((view.flags & CLOSE) == 0u)) | (view.samples > 1u) {
+    let per_cell = view.pixel / cell.width;
+    let low = (place - near - cell.start) / cell.width;
+    let high = (place + near - cell.start) / cell.width;
+    let is_cut = ((word & DISAGREES) != 0u)
+        & ((view.flags & CUT_AT_BORDERS) != 0u)
+        & (any(low < vec2(0.0)) | any(high > vec2(1.0)));
+    let is_part = (cell.width < view.patch_width) & ((view.flags & CLOSE) == 0u);
+    if is_part | is_cut | (view.samples > 1u) {
         word = NONE;
     }
     let in_patches = (view.flags & PATCHES) != 0u;
@@ -65,9 +72,6 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
         // What is no patch lies around anywhere.
         is_quiet |= there.is_quiet & in_patches;
     }
-    let per_cell = view.pixel / cell.width;
-    let low = (place - near - cell.start) / cell.width;
-    let high = (place + near - cell.start) / cell.width;
     let seen = seen_between(word, low, high);
     let positive = style(seen.cut.c0.w);
     let negative = style(seen.cut.c2.w);
@@ -134,13 +138,12 @@ fn paint_one(@location(4) @interpolate(flat) colors: vec2<u32>) -> @location(0) 
 fn paint_two(plain: Corner) -> @location(0) vec4<f32> {
     let middle = middle_of(plain.position);
     let at = middle - plain.first;
-    let row = plain.c0 + at.x * (plain.c1 + at.x * plain.c2);
+    let steep = at.x * plain.c2;
+    let row = plain.c0 + at.x * (plain.c1 + steep);
     let value = row.x + at.y * (row.y + at.y * row.z);
     var own = 1.0;
     if (abs(value) < 1.0) & ((view.flags & ANTIALIAS) != 0u) {
-        let slope = plain.c1 + 2.0 * at.x * plain.c2;
-        let by = vec2(slope.x + at.y * (slope.y + at.y * slope.z), row.y + 2.0 * at.y * row.z);
-        own = own_share(vec3(value, by));
+        own = own_share(derivatives(row, plain.c1 + 2.0 * steep, plain.c2, at.y));
     }
     let share = select(1.0 - own, own, value > 0.0);
     return finished(mix(premultiplied(plain.colors.y), premultiplied(plain.colors.x), share), middle);
@@ -149,7 +152,7 @@ fn paint_two(plain: Corner) -> @location(0) vec4<f32> {
 @fragment
 fn paint_rest(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let middle = middle_of(position);
-    return finished(color_of(decode_at(middle)), middle);
+    return finished(color_at(middle, false), middle);
 }
 
 // The place of the sub-sample after one, in a row from left to right and then in the next; past the last row once all
@@ -179,7 +182,7 @@ fn paint_sampled(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f3
         sum = vec4(0.0);
         var at = vec2(0.5);
         loop {
-            sum += color_of(decode_at(middle - 0.5 + at / samples));
+            sum += color_at(middle - 0.5 + at / samples, false);
             at = next_sample(at);
             if is_past_samples(at) {
                 break;

@@ -208,3 +208,52 @@ fn around(place: vec2<f32>, reach: f32) -> Around {
     is_one &= is_all;
     return Around(is_one, one, is_one | (is_all & !has_outline));
 }
+
+// The premultiplied colour of the sample whose middle is at a place of the viewport, by its style or by colours alone. As a
+// rule its middle tells; but where it reaches across a border of a cell that disagrees, it is cut there, and each part's middle
+// tells. Twin: src/raster/sample.rs.
+fn color_at(screen: vec2<f32>, is_styled: bool) -> vec4<f32> {
+    let middle = view.offset + (screen - view.middle) * view.pixel;
+    let own = whereabouts(middle);
+    let low = middle - 0.5 * view.sub_pixel;
+    let high = middle + 0.5 * view.sub_pixel;
+    var start = low;
+    var end = high;
+    if ((own.word & DISAGREES) != 0u) & ((view.flags & CUT_AT_BORDERS) != 0u) {
+        // What only touches a border does not reach across; and what lies beyond the rim is at neither side of it.
+        let inner = 0.499 * view.sub_pixel;
+        start = select(low, own.start, abs(own.start - middle) < vec2(inner));
+        end = select(high, own.end, abs(own.end - middle) < vec2(inner));
+    }
+    var sum = vec4(0.0);
+    var at = low;
+    var parts = 0u;
+    loop {
+        let to = select(select(high, end, at < end), start, at < start);
+        let part = to - at;
+        var place = 0.5 * (at + to);
+        var cell = own;
+        if any(part < high - low) {
+            cell = whereabouts(place);
+        }
+        if (view.flags & CLOSE) == 0u {
+            // Beyond the rim is what is at the rim.
+            place = clamp(place, vec2<f32>(-view.anchor), vec2<f32>(view.last + 1 - view.anchor));
+        }
+        let decoded = decode_cell(cell.word, (place - cell.start) / cell.width, part / cell.width);
+        var color = color_of(decoded);
+        if is_styled {
+            color = fills(decoded, screen);
+        }
+        sum += part.x * part.y * color;
+        at.x = to.x;
+        if at.x >= high.x {
+            at = vec2(low.x, to.y);
+        }
+        parts++;
+        if (at.y >= high.y) | (parts == 9u) {
+            break;
+        }
+    }
+    return sum / (view.sub_pixel * view.sub_pixel);
+}

@@ -187,7 +187,7 @@ fn with_crossed(
 // The premultiplied colour at a place of the viewport. All that is looked at goes through one loop: the code
 // that decodes is long, and is there once.
 fn sample_color(screen: vec2<f32>, is_quiet: bool) -> vec4<f32> {
-    var sum = vec4(0.0);
+    let sum = color_at(screen, true);
     var own = 0u;
     var own_style = vec4(0u);
     var outline = Outline(0.0, 0u, 0.0);
@@ -213,7 +213,6 @@ fn sample_color(screen: vec2<f32>, is_quiet: bool) -> vec4<f32> {
     loop {
         let there = decode_at(screen + along * ray.towards);
         if look == 0u {
-            sum = fills(there, screen);
             is_done = is_quiet;
             own = drawn_as(there.regions.x);
             own_style = style(own);

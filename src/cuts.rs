@@ -127,9 +127,31 @@ impl Candidates {
     }
 
     /// How many cuts a cell with these has.
-    #[cfg(feature = "pack")]
     pub fn cuts(&self) -> usize {
         self.planes.len()
+    }
+
+    /// Whether candidate `i` may be ahead of all of other regions somewhere between two places of a cell with those cuts.
+    pub fn may_be_seen(
+        &self,
+        i: usize,
+        own: &[Biquadratic],
+        low: [f64; 2],
+        high: [f64; 2],
+    ) -> bool {
+        let level = Biquadratic::default();
+        let lead = |j: usize| match self.by_pairs {
+            true if i < j => level.minus(&own[self.pair(i, j)]),
+            true => own[self.pair(j, i)],
+            false => {
+                let ahead = |i: usize| if i == 0 { &level } else { &own[i - 1] };
+                ahead(i).minus(ahead(j))
+            }
+        };
+        let others = (0..self.regions.len()).filter(|&j| self.regions[j] != self.regions[i]);
+        let mut parted =
+            others.filter(|&j| !self.by_pairs || !self.is_level(self.pair(i.min(j), i.max(j))));
+        parted.all(|j| lead(j).most(low, high) > 0.0)
     }
 
     /// Of cuts by pairs about some middle: how much deeper a place is in each candidate than in the first, where within `reach` one
@@ -251,6 +273,18 @@ impl Biquadratic {
         let power = [0.0, reach, reach.powi(2), reach.powi(3), reach.powi(4)];
         let terms = (0..9).map(|i| self.0[i / 3][i % 3].abs() * power[i / 3 + i % 3]);
         terms.sum()
+    }
+
+    /// No less than the value anywhere between two places: the greatest of its control values there.
+    pub fn most(&self, low: [f64; 2], high: [f64; 2]) -> f64 {
+        let controls = |[a, b, c]: [f64; 3], axis: usize| {
+            let [low, high] = [low[axis], high[axis]];
+            let at = |x: f64| a + x * (b + x * c);
+            [at(low), a + 0.5 * b * (low + high) + c * low * high, at(high)]
+        };
+        let columns = self.0.map(|column| controls(column, 1));
+        let row = |i: usize| controls(columns.map(|column| column[i]), 0);
+        (0..3).flat_map(row).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// No less than the length of the gradient within `reach` of the origin along each axis.

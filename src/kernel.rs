@@ -59,6 +59,14 @@ impl Kernel {
         }
     }
 
+    /// Their second derivatives, which are the same all over a cell.
+    pub const fn bends(self) -> [f64; 3] {
+        match self {
+            Kernel::Quadratic => [1.0, -2.0, 1.0],
+            Kernel::Linear => [0.0; 3],
+        }
+    }
+
     /// What texel `at` of texels `ratio` times as fine is made of, where the interpolant is to be the
     /// very same: the weights of a coarse cell's taps. Fine texel 0 is the first tap of the coarse
     /// cell's first fine cell; the last that its interpolant tells is `ratio` + 1 (linear: `ratio`).

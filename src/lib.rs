@@ -21,6 +21,7 @@
 //! *Architecture invariant:* nothing here opens a file or a socket. Bytes come in, bytes go out.
 
 pub mod absorb;
+mod borders;
 mod camera;
 #[cfg(feature = "encode")]
 mod compare;

@@ -63,6 +63,10 @@ const SPARSE: f64 = 2.5;
 /// from cell to cell, also of those between the smallest.
 const BENDS: f64 = 4.0;
 
+/// Samples that are no wider than this, in pixels of the scene, are cut at borders of cells that disagree: wider ones are
+/// many to a pixel.
+const CUT: f64 = 1.5;
+
 impl SceneView {
     /// Sub-samples along each axis of a screen pixel: 1, or more where it covers several pixels of the
     /// scene, since one place cannot stand for them. With the linear kernel boundaries bend from cell to cell, which
@@ -75,6 +79,11 @@ impl SceneView {
         };
         let [dense, sparse] = [covered, covered / SPARSE].map(|along| along.ceil() as u32);
         dense.min(most).max(sparse).clamp(1, MAX_SAMPLES)
+    }
+
+    /// Whether samples, of which a pixel has so many along an axis, are cut at borders of cells that disagree.
+    pub fn is_cut_at_borders(&self, samples: f64) -> bool {
+        self.scale * samples * CUT >= 1.0
     }
 
     /// The scene's place under a place on the screen; the nearest that it has, beyond its rim.

@@ -2,10 +2,12 @@
 //!
 //! | table | texel | holds |
 //! |---|---|---|
-//! | blocks | r32uint, the grid of blocks itself | bit 31 = solid, then bits 0-23 the region; otherwise bits 28-30 log₂ of the texel size, bits 0-27 the index of the first cell |
-//! | cells | r32uint, folded | bit 31 = solid, then bits 0-23 the region; otherwise bits 26-30 the number of candidates (2 to 16), bit 25 = by pairs, bits 0-24 the index of the first cut |
+//! | blocks | r32uint, the grid of blocks itself | bit 31 = solid, then bit 24 = disagrees, bits 0-23 the region; otherwise bits 28-30 log₂ of the texel size, bits 0-27 the index of the first cell |
+//! | cells | r32uint, folded | bit 31 = solid, then bits 0-23 the region; otherwise bits 26-30 the number of candidates (2 to 16), bit 25 = by pairs, bits 0-23 the index of the first cut; bit 24 = disagrees |
 //! | cuts | rgba32uint, folded, each entry three texels one below the other | a polynomial of the place in the cell: column a has the factors of xᵃ y⁰, xᵃ y¹, xᵃ y² as f32, and a word: see below |
 //! | styles | rgba32uint, folded | how a region is drawn: see [`Style::words`](crate::style::Style::words) |
+//!
+//! A cell that *disagrees* cannot tell alone what is at its borders: see [`Borders`](crate::borders::Borders).
 //!
 //! A folded table's entry `i` is at `(i % WIDTH, i / WIDTH)`. Every cell that is not solid has cuts of
 //! its own, so that nothing else is loaded to find a region: one for each candidate but the first,
@@ -15,6 +17,7 @@
 //! one. Ghosts never win and are left out; a list whose nodes all belong to one region makes its cells
 //! solid.
 
+use crate::borders::Borders;
 use crate::cuts::{self, Biquadratic, Candidates, Deciding};
 use crate::error::{Error, Result};
 use crate::grid;
@@ -42,6 +45,8 @@ pub(super) const SOLID: u32 = 1 << 31;
 const TEXEL_LOG2_SHIFT: u32 = 28;
 const COUNT_SHIFT: u32 = 26;
 const BY_PAIRS: u32 = 1 << 25;
+/// In the word of any cell, and of a solid block.
+pub(super) const DISAGREES: u32 = 1 << 24;
 /// A pair's flag.
 const NOTHING: u32 = 1;
 
@@ -110,13 +115,14 @@ impl Packed {
         if block_grid.iter().any(|&n| n > MAX_ROWS) {
             return Err(too_large("blocks"));
         }
-        let deciding: Option<Vec<Deciding>> =
+        let deciding: Vec<Option<Deciding>> =
             (0..image.lists.len() as u32).map(|list| Deciding::new(image, list)).collect();
-        let deciding = deciding
-            .ok_or_else(|| Error::malformed("lists", "a list without a node that can win"))?;
+        if deciding.iter().any(Option::is_none) {
+            return Err(Error::malformed("lists", "a list without a node that can win"));
+        }
         // What there will be of both.
         let (mut cells, mut cuts) = (0, 0);
-        let each: Vec<usize> = deciding.iter().map(Deciding::cuts).collect();
+        let each: Vec<usize> = deciding.iter().flatten().map(Deciding::cuts).collect();
         for block in &image.blocks {
             if let Block::Cells(block) = block {
                 cells += block.lists.len();
@@ -133,13 +139,15 @@ impl Packed {
             cuts: stand(cuts),
             styles: image.regions.iter().map(|r| Style::plain(r.color).words()).collect(),
         };
+        let borders = Borders { image, lists: Some(&deciding) };
         let mut count = 0;
-        for block in &image.blocks {
+        for (at, block) in grid::places(block_grid).zip(&image.blocks) {
+            let pixel = at.map(|along| along << image.block_log2);
             let word = match block {
-                Block::Solid(node) => SOLID | region(image, *node)?,
+                Block::Solid(node) => SOLID | disagrees(&borders, pixel) | region(image, *node)?,
                 Block::Cells(cells) => {
                     let first = packed.cells.len() as u32;
-                    count = packed.push_cells(image, cells, &deciding, count);
+                    count = packed.push_cells(&borders, &deciding, (pixel, cells), count);
                     u32::from(cells.texel_log2) << TEXEL_LOG2_SHIFT | first
                 }
             };
@@ -205,16 +213,18 @@ impl Packed {
     /// then.
     fn push_cells(
         &mut self,
-        image: &Image,
-        cells: &Cells<3>,
-        deciding: &[Deciding],
+        borders: &Borders<'_>,
+        deciding: &[Option<Deciding>],
+        (pixel, cells): ([u32; 2], &Cells<3>),
         mut count: usize,
     ) -> usize {
+        let image = borders.image;
         let (mut own, mut cuts) = (Vec::new(), Vec::new());
         for (cell, &list) in grid::places(image.cell_grid(cells.texel_log2)).zip(&cells.lists) {
             let word = match &deciding[list as usize] {
-                Deciding::Solid(region) => SOLID | region,
-                Deciding::Between(candidates) => {
+                None => SOLID,
+                Some(Deciding::Solid(region)) => SOLID | region,
+                Some(Deciding::Between(candidates)) => {
                     let value = cuts::value(image, cells, cell);
                     own.clear();
                     own.extend((0..candidates.cuts()).map(|k| candidates.cut(k, &value)));
@@ -225,10 +235,16 @@ impl Packed {
                     word
                 }
             };
-            self.cells.push(word);
+            let first = [0, 1].map(|axis| pixel[axis] + (cell[axis] << cells.texel_log2));
+            self.cells.push(word | disagrees(borders, first));
         }
         count
     }
+}
+
+/// Not in a browser: its module has no room yet for what finds out. There samples are not cut.
+fn disagrees(borders: &Borders<'_>, pixel: [u32; 2]) -> u32 {
+    if cfg!(not(target_arch = "wasm32")) && borders.disagrees(pixel) { DISAGREES } else { 0 }
 }
 
 /// Appends the cuts of one cell, `own`, the first of which will be number `first`, and returns its word.

@@ -97,7 +97,9 @@ impl Layer {
             uniforms.split = close.split;
             uniforms.flags |= ViewUniforms::CLOSE;
             // Places are on the screen, from its middle.
-            (uniforms.offset, uniforms.pixel) = ([0.0; 2], 1.0);
+            (uniforms.offset, uniforms.pixel, uniforms.sub_pixel) = ([0.0; 2], 1.0, 1.0);
+        } else if antialias && view.is_cut_at_borders(f64::from(uniforms.samples)) {
+            uniforms.flags |= ViewUniforms::CUT_AT_BORDERS;
         }
         let patches = match &close {
             Some(close) => Some(Patches::close(view.viewport, close.split)),
@@ -245,7 +247,7 @@ pub struct ViewUniforms {
     pub split: [f32; 2],
     /// Pixels of the scene per screen pixel; with [`CLOSE`](Self::CLOSE) 1.
     pub pixel: f32,
-    /// Pixels of the scene per sub-sample.
+    /// Pixels of the scene per sub-sample; with [`CLOSE`](Self::CLOSE) 1.
     pub sub_pixel: f32,
     /// Sub-samples along an axis of a screen pixel.
     pub samples: u32,
@@ -281,6 +283,8 @@ impl ViewUniforms {
     pub const PATCHES: u32 = 16;
     /// In `flags`: the view is turned, so that no scissors cut out the scene's own pixels.
     pub const TURNED: u32 = 32;
+    /// In `flags`: samples are cut at borders of cells that disagree, see [`Borders`](crate::borders::Borders).
+    pub const CUT_AT_BORDERS: u32 = 64;
 
     /// A view of a scene, drawn into `target` by so many sub-samples along an axis of each pixel; without
     /// antialiasing by none.

@@ -3,6 +3,7 @@
 mod envelope;
 mod fast;
 mod reference;
+mod sample;
 mod seams;
 mod shares;
 mod styled;

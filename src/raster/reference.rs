@@ -2,12 +2,12 @@
 //!
 //! `shaders/decode.wgsl` does the same in f32; `tests/suite/gpu.rs` compares them.
 
-use super::shares::{Linear, Places, REACH, share_of_square, shares_of_three};
+use super::shares::{Local, Places, REACH, distance, share_of_square, shares_of_three};
 use super::styled::Styled;
 use crate::camera::{Camera, Turned};
 use crate::gamma::{self, Value};
-use crate::grid::Point;
-use crate::model::{Image, Located, Model, NodeId, RegionId};
+use crate::grid::{self, Point};
+use crate::model::{Image, InCell, Located, Model, NodeId, RegionId};
 use crate::placement::{Placement, SceneView};
 use crate::style::Styles;
 use std::ops::Range;
@@ -93,7 +93,7 @@ pub fn region_at<const D: usize, const E: usize>(
 /// Draws row `y` of the camera's viewport into `row`, straight RGBA.
 ///
 /// With `antialias`, up to three regions are blended across their boundaries by the share of the pixel
-/// that each covers (boundaries taken as straight within it), and a pixel that covers several source
+/// that each covers, and a pixel that covers several source
 /// pixels is sampled at several places an axis; the picture's rim fades likewise. Without it, the
 /// pixel's centre decides. Colours are blended as they are stored, in sRGB.
 pub fn render_row(model: &Image, camera: &Camera, y: u32, antialias: bool, row: &mut [[u8; 4]]) {
@@ -168,13 +168,16 @@ pub(super) fn draw_row(
     }
 }
 
-/// A boundary near a place: the node across, and p and its gradient by sub-samples, p positive on the
+/// A boundary near a place: the node across, and p and its derivatives by sub-samples, p positive on the
 /// place's own side.
 pub(super) struct Side {
     pub node: NodeId,
     pub distance: f64,
-    pub linear: Linear,
+    pub local: Local,
 }
+
+/// Up to three nodes, and how much of a sample each covers.
+pub(super) type Shares = [Option<(NodeId, f64)>; 3];
 
 /// What γ says of a place, and the boundaries in its cell.
 pub(super) struct Around {
@@ -187,23 +190,25 @@ pub(super) struct Around {
     value: Value<3>,
     /// The value's derivatives by sub-samples.
     jacobian: [[f64; 2]; 3],
+    /// And its second ones: by x twice, by x and y, by y twice.
+    bends: [[f64; 3]; 3],
     /// Some of the candidates have a plane of their own between them.
     by_planes: bool,
 }
 
 impl Around {
-    /// `None` outside the picture. A sub-sample is `sub_pixel` source pixels wide.
-    pub fn new(model: &Image, point: &Point<2>, sub_pixel: f64) -> Option<Self> {
+    /// `None` outside the picture. A sub-sample is so many source pixels wide and high.
+    pub fn new(model: &Image, point: &Point<2>, sub_pixel: [f64; 2]) -> Option<Self> {
         let at = match model.locate(point) {
             Located::Outside => return None,
             Located::Solid(node) => {
-                let (value, jacobian) = ([0.0; 3], [[0.0; 2]; 3]);
                 return Some(Around {
                     node,
                     sides: Vec::new(),
                     siblings: Vec::new(),
-                    value,
-                    jacobian,
+                    value: [0.0; 3],
+                    jacobian: [[0.0; 2]; 3],
+                    bends: [[0.0; 3]; 3],
                     by_planes: false,
                 });
             }
@@ -211,7 +216,9 @@ impl Around {
         };
         let candidates = model.candidates(at.cells, at.cell);
         let (value, jacobian) = model.interpolate(&at);
-        let jacobian = jacobian.map(|row| row.map(|d| d * sub_pixel));
+        let [x, y] = sub_pixel;
+        let jacobian = jacobian.map(|row| [row[0] * x, row[1] * y]);
+        let bends = bends(model, &at).map(|row| [row[0] * x * x, row[1] * x * y, row[2] * y * y]);
         let node = model.winner(candidates, value)?;
         let region = |node: NodeId| model.nodes[node as usize].region;
         let real: Vec<NodeId> =
@@ -219,18 +226,16 @@ impl Around {
         let mut pairs = real.iter().flat_map(|&a| real.iter().map(move |&b| [a, b]));
         let by_planes = pairs.any(|[a, b]| a < b && model.edge_plane(a, b).is_some());
         let (sides, siblings) = (Vec::new(), Vec::new());
-        let mut around = Around { node, sides, siblings, value, jacobian, by_planes };
+        let mut around = Around { node, sides, siblings, value, jacobian, bends, by_planes };
         for &other in real.iter().filter(|&&other| other != node) {
             let is_sibling = region(other) == region(node);
-            let linear = match by_planes {
+            let local = match by_planes {
                 true => around.lead(model, &real, other),
-                false => around.linear(model, node, other),
+                false => around.local(model, node, other),
             };
-            let Some(linear) = linear else { continue };
-            let steepness = linear[1].hypot(linear[2]);
-            let distance =
-                if steepness > 0.0 { linear[0].max(0.0) / steepness } else { f64::INFINITY };
-            let side = Side { node: other, distance, linear };
+            let Some(local) = local else { continue };
+            let distance = distance(local).unwrap_or(f64::INFINITY);
+            let side = Side { node: other, distance, local };
             if is_sibling { around.siblings.push(side) } else { around.sides.push(side) }
         }
         for sides in [&mut around.sides, &mut around.siblings] {
@@ -239,46 +244,68 @@ impl Around {
         Some(around)
     }
 
-    /// p_ij as a linear function of the place about the middle.
-    fn linear(&self, model: &Image, i: NodeId, j: NodeId) -> Option<Linear> {
+    /// p_ij as a function of the place about the middle.
+    fn local(&self, model: &Image, i: NodeId, j: NodeId) -> Option<Local> {
         let plane = model.plane(i, j)?;
-        let along =
-            |axis: usize| -> f64 { (0..3).map(|e| plane.normal[e] * self.jacobian[e][axis]).sum() };
-        Some([plane.at(self.value), along(0), along(1)])
+        let [x, y] = [0, 1].map(|axis| self.jacobian.map(|row| row[axis]));
+        let [xx, xy, yy] = [0, 1, 2].map(|k| self.bends.map(|row| row[k]));
+        let [x, y, xx, xy, yy] = [x, y, xx, xy, yy].map(|d| gamma::dot(plane.normal, d));
+        Some([plane.at(self.value), x, y, xx, xy, yy])
     }
 
     /// How much deeper the place is in the winner than in another: where each has the other for its nearest rival, twice their p. Planes
     /// may leave a gap, in which three go round in a circle: boundaries there are where two are as deep as each other, and
     /// no p is zero.
-    fn lead(&self, model: &Image, real: &[NodeId], other: NodeId) -> Option<Linear> {
+    fn lead(&self, model: &Image, real: &[NodeId], other: NodeId) -> Option<Local> {
         let depth = |node: NodeId| {
             let others = real.iter().filter(|&&other| other != node);
-            let all = others.filter_map(|&other| self.linear(model, node, other));
+            let all = others.filter_map(|&other| self.local(model, node, other));
             all.min_by(|p, q| p[0].total_cmp(&q[0]))
         };
         let (own, other) = (depth(self.node)?, depth(other)?);
         Some(std::array::from_fn(|i| own[i] - other[i]))
     }
 
-    /// How much of a sub-sample up to three nodes cover, these taken as straight within it.
-    pub fn shares(&self, model: &Image, places: Places) -> [Option<(NodeId, f64)>; 3] {
+    /// How much of a sub-sample up to three nodes cover.
+    pub fn shares(&self, model: &Image, places: Places) -> Shares {
         let mut near = self.sides.iter().filter(|side| side.distance < REACH);
         let Some(first) = near.next() else { return [Some((self.node, 1.0)), None, None] };
         let behind = self.siblings.iter().find(|side| side.distance < REACH);
         let next = near.next().into_iter().chain(behind);
         let Some(next) = next.min_by(|a, b| a.distance.total_cmp(&b.distance)) else {
-            let own = share_of_square(first.distance, [first.linear[1], first.linear[2]]);
+            let own = share_of_square(first.distance, [first.local[1], first.local[2]]);
             return [Some((self.node, own)), Some((first.node, 1.0 - own)), None];
         };
         // Three nodes meet, of which two may be of one region.
-        let between = self.linear(model, first.node, next.node).unwrap_or([0.0; 3]);
+        let between = self.local(model, first.node, next.node).unwrap_or_default();
         let [to_first, to_next] = [first, next].map(|side| match self.by_planes {
-            true => self.linear(model, self.node, side.node).unwrap_or([0.0; 3]),
-            false => side.linear,
+            true => self.local(model, self.node, side.node).unwrap_or_default(),
+            false => side.local,
         });
         let counts = shares_of_three([to_first, to_next, between], places);
         [Some((self.node, counts[0])), Some((first.node, counts[1])), Some((next.node, counts[2]))]
     }
+}
+
+/// The second derivatives of the value at a place in a cell, by source pixels.
+fn bends(model: &Image, at: &InCell<'_, 2, 3>) -> [[f64; 3]; 3] {
+    let kernel = model.kernel;
+    let texels = model.texel_grid(at.cells.texel_log2);
+    let [[wx, wy], [sx, sy]] = [at.u.map(|u| kernel.weights(u)), at.u.map(|u| kernel.slopes(u))];
+    let curved = kernel.bends();
+    let mut bends = [[0.0; 3]; 3];
+    for [k, l] in grid::places([kernel.taps() as u32; 2]) {
+        let texel = at.cells.texels[grid::index(texels, [at.cell[0] + k, at.cell[1] + l])];
+        let [k, l] = [k, l].map(|tap| tap as usize);
+        let weights = [curved[k] * wy[l], sx[k] * sy[l], wx[k] * curved[l]];
+        for (row, component) in bends.iter_mut().zip(texel) {
+            for (sum, weight) in row.iter_mut().zip(weights) {
+                *sum += weight * f64::from(component);
+            }
+        }
+    }
+    let per_pixel = 1.0 / f64::from(1u32 << at.cells.texel_log2);
+    bends.map(|row| row.map(|d| d * per_pixel * per_pixel))
 }
 
 fn straight([r, g, b, a]: [f64; 4]) -> [u8; 4] {

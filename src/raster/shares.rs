@@ -1,10 +1,46 @@
-//! How much of a pixel lies on which side of the boundaries near its middle, these taken as straight.
+//! How much of a pixel lies on which side of the boundaries near its middle.
 
-/// What p is about a pixel's middle: its value there, and its gradient in pixels.
-pub(super) type Linear = [f64; 3];
+use std::ops::{Add, Mul, Neg};
+
+/// What p is about a pixel's middle: its value there, its gradient, and its second derivatives by x twice, by x and y, and by
+/// y twice; all in pixels.
+pub(super) type Local = [f64; 6];
 
 /// Half the diagonal of a pixel: one further from all boundaries is of one region.
 pub(super) const REACH: f64 = 0.7072;
+
+/// How far from the middle p gets to zero along its steepest way, which bends: p - |∇p| t + h t² / 2 = 0. Where it turns
+/// before, it does not within reach. `None` where p is level.
+pub(super) fn distance([p, x, y, xx, xy, yy]: Local) -> Option<f64> {
+    let square = x * x + y * y;
+    if square == 0.0 {
+        return None;
+    }
+    let p = p.max(0.0);
+    let bend = (x * x * xx + 2.0 * x * y * xy + y * y * yy) / square;
+    let left = square - 2.0 * bend * p;
+    let along = 2.0 * p / (square.sqrt() + left.max(0.0).sqrt());
+    Some(if left < 0.0 { along.max(REACH) } else { along })
+}
+
+/// Whether the [`distance`], on whichever side of the boundary, is `reach` or more. Without roots: most places are far from all
+/// boundaries, and are to cost little.
+#[inline]
+pub(super) fn is_beyond<T>([p, x, y, xx, xy, yy]: [T; 6], reach: T) -> bool
+where
+    T: Copy + Default + PartialOrd + Add<Output = T> + Mul<Output = T> + Neg<Output = T>,
+{
+    let zero = T::default();
+    let square = x * x + y * y;
+    let power = reach * reach * square * square * square;
+    let bend = reach * reach * (x * x * xx + (x + x) * y * xy + y * y * yy);
+    // All times twice the square of the gradient: p at `reach`, but for what the gradient takes.
+    let left = (p + p) * square + bend;
+    let (left, bend) = if p < zero { (-left, -bend) } else { (left, bend) };
+    let four = power + power + power + power;
+    // And where it turns before, nobody knows.
+    (left > zero) & (left * left >= four) & ((bend <= zero) | (power >= bend * bend))
+}
 
 /// How much of a pixel lies on the positive side of a line at `distance` from its middle, which lies there
 /// too.
@@ -41,7 +77,7 @@ impl Places {
 /// How much of a pixel each of three regions covers: the middle's own, the nearest and the next. The
 /// first two are positive on the middle's side of each, `between` on the side of the nearest. Each place
 /// is the deepest's, since planes may leave a gap.
-pub(super) fn shares_of_three([near, next, between]: [Linear; 3], places: Places) -> [f64; 3] {
+pub(super) fn shares_of_three([near, next, between]: [Local; 3], places: Places) -> [f64; 3] {
     const ROWS: [u8; 16] = [8, 0, 12, 4, 10, 2, 14, 6, 9, 1, 13, 5, 11, 3, 15, 7];
     let mut counts = [0.0; 3];
     let count = places as u8;
@@ -49,7 +85,9 @@ pub(super) fn shares_of_three([near, next, between]: [Linear; 3], places: Places
     for i in 0..count {
         let row = ROWS[usize::from(i)] / (16 / count);
         let [x, y] = [i, row].map(|n| (f64::from(n) + 0.5) * share - 0.5);
-        let at = |[p, by_x, by_y]: Linear| p + by_x * x + by_y * y;
+        let at = |[p, by_x, by_y, xx, xy, yy]: Local| {
+            p + x * (by_x + 0.5 * xx * x + xy * y) + y * (by_y + 0.5 * yy * y)
+        };
         let [near, next, between] = [near, next, between].map(at);
         let depths = [near.min(next), between.min(-near), (-next).min(-between)];
         let owner = if depths[0] >= depths[1].max(depths[2]) {
@@ -66,7 +104,25 @@ pub(super) fn shares_of_three([near, next, between]: [Linear; 3], places: Places
 
 #[cfg(test)]
 mod tests {
-    use super::share_of_square;
+    use super::{REACH, distance, is_beyond, share_of_square};
+
+    #[test]
+    fn a_boundary_that_bends_is_as_far_as_it_is() {
+        // A circle about (2, 0).
+        let circle = |radius: f64| distance([4.0 - radius * radius, -4.0, 0.0, 2.0, 0.0, 2.0]);
+        assert!((circle(1.5).unwrap() - 0.5).abs() < 1e-12);
+        assert!((circle(2.0).unwrap()).abs() < 1e-12);
+        // p comes near to zero and turns.
+        let near_miss = [0.02, -0.1, 0.0, 0.26, 0.0, 0.0];
+        assert_eq!(distance(near_miss), Some(REACH));
+        assert_eq!(distance([1.0, 0.0, 0.0, 3.0, 0.0, 0.0]), None);
+        for local in [[0.5, 0.6, 0.1, 0.2, 0.1, -0.3], [0.5, 0.8, 0.1, 0.2, 0.1, -0.3], near_miss] {
+            let is_near = distance(local).is_some_and(|distance| distance < REACH);
+            // What turns within reach is looked at.
+            assert_eq!(is_beyond(local, REACH), !is_near && local != near_miss);
+            assert_eq!(is_beyond(local.map(|n| -n), REACH), is_beyond(local, REACH));
+        }
+    }
 
     #[test]
     fn a_share_is_the_area_under_the_line() {

@@ -1,7 +1,7 @@
 //! Colours by styles: fills, patterns and outlines. The twin of `shaders/styles.wgsl`, in f64.
 
 use super::reference::Around;
-use super::shares::Places;
+use super::sample::Sample;
 use crate::model::{Image, NodeId, RegionId};
 use crate::placement::SceneView;
 use crate::style::{Style, Styles, read};
@@ -52,11 +52,13 @@ impl Styled<'_> {
     pub fn color(&self, screen: [f64; 2]) -> [f64; 4] {
         let Some(around) = self.around(screen) else { return [0.0; 4] };
         let shares = match self.antialias {
-            true => around.shares(self.model, Places::of(self.samples)),
-            false => [Some((around.node, 1.0)), None, None],
+            true => {
+                Sample { model: self.model, view: self.view, samples: self.samples }.shares(screen)
+            }
+            false => vec![(around.node, 1.0)],
         };
         let mut sum = [0.0; 4];
-        for (node, share) in shares.into_iter().flatten() {
+        for (node, share) in shares {
             let fill = self.fill(node, screen);
             (0..4).for_each(|channel| sum[channel] += share * fill[channel]);
         }
@@ -142,7 +144,7 @@ impl Styled<'_> {
         if let Some(side) = there.sides.first()
             && region(side.node) == region(own)
         {
-            let [p, by_x, by_y] = side.linear;
+            let [p, by_x, by_y, ..] = side.local;
             let slope = by_x * ray[0] + by_y * ray[1];
             if slope > 0.0 {
                 let crossed = (to - p / (slope * self.samples)).clamp(from, to);
@@ -154,7 +156,7 @@ impl Styled<'_> {
 
     fn around(&self, screen: [f64; 2]) -> Option<Around> {
         let sub_pixel = 1.0 / (self.view.scale * self.samples);
-        Around::new(self.model, &self.view.place(screen), sub_pixel)
+        Around::new(self.model, &self.view.place(screen), [sub_pixel; 2])
     }
 
     /// The region as which a node's is drawn.

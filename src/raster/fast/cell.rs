@@ -1,6 +1,6 @@
 //! A cell as a view sees it: its cuts as polynomials of the pixel.
 
-use super::super::shares::{Linear, Places, REACH, share_of_square, shares_of_three};
+use super::super::shares::{self, Local, Places, REACH, share_of_square, shares_of_three};
 use crate::cuts::{Biquadratic, Candidates};
 use crate::gamma;
 use crate::limits::MAX_CANDIDATES;
@@ -24,11 +24,12 @@ pub(super) type Share = (RegionId, f64);
 #[derive(Clone, Copy)]
 pub(super) struct Cut<T>(pub [[T; 3]; 3]);
 
-/// The same in one row of pixels: its value and its derivative down the screen.
+/// The same in one row of pixels: its value, and its derivatives down the screen.
 #[derive(Clone, Copy)]
 pub(super) struct Row<T> {
     value: [T; 3],
     down: [T; 3],
+    bend: [T; 3],
 }
 
 impl<'a> CellView<'a> {
@@ -53,6 +54,14 @@ impl<'a> CellView<'a> {
                 let cuts = cuts.iter().map(|cut| Cut(cut.0)).collect();
                 Ok(CellView { candidates: Cow::Owned(seen), cuts, steepest })
             }
+        }
+    }
+
+    /// Where two are seen: what parts them, positive on the second's side.
+    pub fn pair(&self) -> Option<(&Cut<f64>, [RegionId; 2])> {
+        match (self.regions(), self.cuts.as_slice()) {
+            (&[first, second], [cut]) if !self.candidates.by_pairs => Some((cut, [first, second])),
+            _ => None,
         }
     }
 
@@ -83,31 +92,31 @@ impl<'a> CellView<'a> {
             if !by_pairs && apart > REACH * self.steepest(winner, other) {
                 continue;
             }
-            let linear = match depth.map(|own| (own, self.depth(rows, x, other))) {
+            let local = match depth.map(|own| (own, self.depth(rows, x, other))) {
                 None => self.between(rows, x, winner, other),
                 Some((_, None)) => continue,
                 // See `lead` of the reference.
                 Some((own, Some(other))) => std::array::from_fn(|i| own[i] - other[i]),
             };
-            let steepness = (linear[1] * linear[1] + linear[2] * linear[2]).sqrt();
-            let distance = linear[0].max(0.0) / steepness;
-            // Not a number where it is level: then too it is far away.
-            if distance < REACH {
-                let side = Side { candidate: other, region: regions[other], distance, linear };
+            if shares::is_beyond(local, REACH) {
+                continue;
+            }
+            if let Some(distance) = shares::distance(local).filter(|&distance| distance < REACH) {
+                let side = Side { candidate: other, region: regions[other], distance, local };
                 sides = with(sides, side, region);
             }
         }
         match sides {
             [None, _] => own,
             [Some(near), None] => {
-                let share = share_of_square(near.distance, [near.linear[1], near.linear[2]]);
+                let share = share_of_square(near.distance, [near.local[1], near.local[2]]);
                 [(region, share), (near.region, 1.0 - share), (region, 0.0)]
             }
             [Some(near), Some(next)] => {
                 let between = self.between(rows, x, near.candidate, next.candidate);
                 let [to_near, to_next] = [near, next].map(|side| match by_pairs {
                     true => self.between(rows, x, winner, side.candidate),
-                    false => side.linear,
+                    false => side.local,
                 });
                 let counts = shares_of_three([to_near, to_next, between], places);
                 [(region, counts[0]), (near.region, counts[1]), (next.region, counts[2])]
@@ -116,18 +125,18 @@ impl<'a> CellView<'a> {
     }
 
     /// p of two candidates, positive on the side of the first of them.
-    fn between(&self, rows: &[Row<f64>], x: f64, i: usize, j: usize) -> Linear {
+    fn between(&self, rows: &[Row<f64>], x: f64, i: usize, j: usize) -> Local {
         if self.candidates.by_pairs {
             let at = rows[self.candidates.pair(i.min(j), i.max(j))].at(x);
             return if i < j { at.map(|n| -n) } else { at };
         }
-        let ahead = |i: usize| if i == 0 { [0.0; 3] } else { rows[i - 1].at(x) };
+        let ahead = |i: usize| if i == 0 { Local::default() } else { rows[i - 1].at(x) };
         let (i, j) = (ahead(i), ahead(j));
         std::array::from_fn(|n| i[n] - j[n])
     }
 
     /// By pairs, the least p_ij of a candidate; none where nothing parts it from any.
-    fn depth(&self, rows: &[Row<f64>], x: f64, i: usize) -> Option<Linear> {
+    fn depth(&self, rows: &[Row<f64>], x: f64, i: usize) -> Option<Local> {
         let others = (0..self.candidates.regions.len()).filter(|&j| j != i);
         let parted =
             others.filter(|&j| !self.candidates.is_level(self.candidates.pair(i.min(j), i.max(j))));
@@ -168,7 +177,7 @@ struct Side {
     candidate: usize,
     region: RegionId,
     distance: f64,
-    linear: Linear,
+    local: Local,
 }
 
 /// The nearest side with another region than `own`, and the nearest of all others, with one more. The others may be
@@ -192,6 +201,7 @@ impl<T: Copy + Add<Output = T> + Mul<Output = T>> Cut<T> {
         Row {
             value: self.0.map(|[a, b, c]| a + y * (b + y * c)),
             down: self.0.map(|[_, b, c]| b + (y + y) * c),
+            bend: self.0.map(|[_, _, c]| c + c),
         }
     }
 }
@@ -203,10 +213,13 @@ impl<T: Copy + Add<Output = T> + Mul<Output = T>> Row<T> {
         a + x * (b + x * c)
     }
 
+    /// The value, the gradient, and the second derivatives by x twice, by x and y, and by y twice.
     #[inline]
-    pub fn at(&self, x: T) -> [T; 3] {
+    pub fn at(&self, x: T) -> [T; 6] {
         let [_, b, c] = self.value;
         let [d, e, f] = self.down;
-        [self.value(x), b + (x + x) * c, d + x * (e + x * f)]
+        let [g, h, i] = self.bend;
+        let slope = [b + (x + x) * c, d + x * (e + x * f)];
+        [self.value(x), slope[0], slope[1], c + c, e + (x + x) * f, g + x * (h + x * i)]
     }
 }

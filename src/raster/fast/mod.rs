@@ -6,11 +6,13 @@
 //! scale.
 
 mod cell;
+mod mend;
 mod spans;
 mod squares;
 
 use super::reference::{render_scene_row, render_styled_row};
-use super::shares::{Places, REACH, share_of_square};
+use super::sample::{Sample, WITHIN};
+use super::shares::{self, Places};
 use crate::camera::Camera;
 use crate::cuts::{self, Candidates, Deciding};
 use crate::grid;
@@ -37,8 +39,8 @@ pub struct Painter<'a> {
 /// Rows of sub-samples that are drawn before they are averaged, about.
 const SUB_ROWS: u32 = 64;
 
-/// What is this far from a boundary, squared, is of one region.
-const REACH_SQUARED: f32 = (REACH * REACH) as f32;
+/// As in f64.
+const REACH: f32 = shares::REACH as f32;
 
 /// Pixels that are looked at together.
 const LANES: usize = 16;
@@ -135,8 +137,9 @@ impl<'a> Painter<'a> {
             1 => {
                 let columns = from[0]..to[0];
                 let mut into = Target { pixels, stride: width, start: [0, rows.start] };
-                let places = antialias.then_some(Places::Sixteen);
-                self.paint(&view, [columns, rows.clone()], places, &mut into);
+                let sample = Sample { model: &self.image, view: &view, samples: 1.0 };
+                let sample = antialias.then_some(sample);
+                self.paint(&view, [columns, rows.clone()], sample, &mut into);
             }
             samples => self.draw_finely(&view, samples, rows.clone(), pixels),
         }
@@ -205,7 +208,8 @@ impl<'a> Painter<'a> {
             let fine_rows = some.start * samples..some.end * samples;
             let start = [fine_columns.start, fine_rows.start];
             let mut into = Target { pixels: &mut sub, stride, start };
-            self.paint(&fine, [fine_columns, fine_rows], Some(Places::Four), &mut into);
+            let sample = Sample { model: &self.image, view, samples: f64::from(samples) };
+            self.paint(&fine, [fine_columns, fine_rows], Some(sample), &mut into);
             let bands = sub.chunks_exact(stride * samples as usize);
             for (y, band) in some.zip(bands) {
                 let row = &mut pixels[(y - rows.start) as usize * width..][..width];
@@ -216,15 +220,20 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Draws a rectangle of pixels, one sample each; without places not antialiased.
+    /// Draws a rectangle of samples, each a pixel of the view; without what says of which view they are, not antialiased.
     fn paint(
         &self,
         view: &SceneView,
         [columns, rows]: [Range<u32>; 2],
-        places: Option<Places>,
+        sample: Option<Sample<'_>>,
         into: &mut Target<'_>,
     ) {
         let axes = [Axis::new(view, 0, columns), Axis::new(view, 1, rows)];
+        let reaches_across = sample.is_some_and(|sample| {
+            let width = 1.0 / view.scale;
+            sample.view.is_cut_at_borders(sample.samples)
+                && axes.iter().any(|axis| axis.reaches_across(WITHIN * width))
+        });
         let block_log2 = self.image.block_log2;
         let block_grid = self.image.block_grid();
         for down in axes[1].spans(axes[1].all(), block_log2) {
@@ -239,6 +248,7 @@ impl<'a> Painter<'a> {
                     }
                     Block::Cells(cells) => {
                         let place = [&across, &down];
+                        let places = sample.map(|sample| Places::of(sample.samples));
                         let block = BlockView { view, axes: &axes, cells, place, places };
                         self.paint_block(&block, into);
                         None
@@ -258,6 +268,10 @@ impl<'a> Painter<'a> {
             }
             if let Some((columns, color)) = pending {
                 into.fill(&columns, &down.pixels, color);
+            }
+            // While it is near at hand.
+            if let Some(sample) = sample.filter(|_| reaches_across) {
+                self.mend(&sample, &axes, &down, into);
             }
         }
     }
@@ -313,19 +327,18 @@ impl<'a> Painter<'a> {
             if cut.0[0][0].abs() > cut.sway(reach) {
                 return Some(if cut.0[0][0] > 0.0 { *b } else { *a });
             }
-            let cut = Cut(cut.0.map(|column| column.map(|factor| factor as f32)));
-            let colors = [*a, *b].map(|region| self.colors[region as usize]);
-            let blends = block.places.is_some() && !candidates.is_level(0);
-            for (y, row) in rows {
-                let cut = cut.row(row - middle[1]);
-                paint_pair(&cut, colors, blends, (columns, middle[0]), into.row(pixels[0], y));
-            }
+            self.paint_two(block, (&Cut(cut.0), [*a, *b]), pixels, middle, into);
             return None;
         }
         let view = match CellView::new(candidates, about, reach) {
             Ok(view) => view,
             Err(region) => return Some(region),
         };
+        // And of most others two are seen.
+        if let Some(pair) = view.pair() {
+            self.paint_two(block, pair, pixels, middle, into);
+            return None;
+        }
         let mut cuts = Vec::new();
         for (y, row) in rows {
             view.rows(f64::from(row - middle[1]), &mut cuts);
@@ -341,6 +354,25 @@ impl<'a> Painter<'a> {
             }
         }
         None
+    }
+
+    /// Draws what is seen of a cell with two candidates: the cut is about the middle, and positive on the second's side.
+    fn paint_two(
+        &self,
+        block: &BlockView<'_>,
+        (cut, regions): (&Cut<f64>, [RegionId; 2]),
+        pixels: [&Range<u32>; 2],
+        middle: [f32; 2],
+        into: &mut Target<'_>,
+    ) {
+        let columns = block.axes[0].screen(pixels[0]);
+        let blends = block.places.is_some() && cut.0 != [[0.0; 3]; 3];
+        let cut = Cut(cut.0.map(|column| column.map(|factor| factor as f32)));
+        let colors = regions.map(|region| self.colors[region as usize]);
+        for (y, row) in pixels[1].clone().zip(block.axes[1].screen(pixels[1])) {
+            let cut = cut.row(row - middle[1]);
+            paint_pair(&cut, colors, blends, (columns, middle[0]), into.row(pixels[0], y));
+        }
     }
 }
 
@@ -364,26 +396,57 @@ fn paint_pair(
         }
         return;
     }
-    let (mut values, mut beyond) = ([0.0f32; LANES], [0.0f32; LANES]);
+    let opaque = colors.iter().all(|color| color[3] == 255);
+    // Rounded, the first; and what the second has more.
+    let first = colors[0].map(|channel| f32::from(channel) + 0.5);
+    let more: [f32; 4] = std::array::from_fn(|c| f32::from(colors[1][c]) - f32::from(colors[0][c]));
+    let (mut values, mut beyond) = ([0.0f32; LANES], [false; LANES]);
     for (pixels, columns) in row.chunks_mut(LANES).zip(columns.chunks(LANES)) {
         // Without a branch, so that several are looked at together.
         for ((value, beyond), column) in values.iter_mut().zip(&mut beyond).zip(columns) {
-            let [p, by_x, by_y] = cut.at(column - middle);
-            *value = p;
-            *beyond = p * p - REACH_SQUARED * (by_x * by_x + by_y * by_y);
+            let local = cut.at(column - middle);
+            *value = local[0];
+            *beyond = shares::is_beyond(local, REACH);
         }
         for (i, (pixel, column)) in pixels.iter_mut().zip(columns).enumerate() {
-            if beyond[i] >= 0.0 {
-                *pixel = pick(values[i]);
+            *pixel = pick(values[i]);
+            if beyond[i] {
                 continue;
             }
-            let [p, by_x, by_y] = cut.at(column - middle);
-            let distance = p.abs() / (by_x * by_x + by_y * by_y).sqrt();
-            let own = share_of_square(f64::from(distance), [by_x, by_y].map(f64::from)) as f32;
-            let share = if p > 0.0 { own } else { 1.0 - own };
-            *pixel = mix([(colors[0], 1.0 - share), (colors[1], share)]);
+            let local = cut.at(column - middle);
+            if let Some(own) = own_share(local) {
+                let share = if local[0] > 0.0 { own } else { 1.0 - own };
+                *pixel = match opaque {
+                    true => std::array::from_fn(|c| (first[c] + share * more[c]) as u8),
+                    false => mix([(colors[0], 1.0 - share), (colors[1], share)]),
+                };
+            }
         }
     }
+}
+
+/// How much of a pixel lies on its middle's side of a boundary, as [`shares::distance`] and [`shares::share_of_square`] have it in
+/// f64; `None` of one that is out of reach.
+#[inline]
+fn own_share([p, x, y, xx, xy, yy]: [f32; 6]) -> Option<f32> {
+    let square = x * x + y * y;
+    let length = square.sqrt();
+    let bend = x * x * xx + (x + x) * y * xy + y * y * yy;
+    let left = square * square - 2.0 * bend * p;
+    let distance = 2.0 * p.abs() * length / (square + left.max(0.0).sqrt());
+    // Not a number where p is level.
+    if left < 0.0 || distance.is_nan() || distance >= REACH {
+        return None;
+    }
+    let (a, b) = (x.abs().max(y.abs()) / length, x.abs().min(y.abs()) / length);
+    let left = 0.5 * (a + b) - distance;
+    Some(if left <= 0.0 {
+        1.0
+    } else if left > b {
+        0.5 + distance / a
+    } else {
+        1.0 - left * left / (2.0 * a * b)
+    })
 }
 
 /// A block that has cells, in a view.
@@ -410,6 +473,11 @@ impl Target<'_> {
         &mut self.pixels[at + (columns.start - self.start[0]) as usize..][..columns.len()]
     }
 
+    fn at(&mut self, at: [u32; 2]) -> &mut [u8; 4] {
+        let [x, y] = [0, 1].map(|axis| (at[axis] - self.start[axis]) as usize);
+        &mut self.pixels[y * self.stride + x]
+    }
+
     fn fill(&mut self, columns: &Range<u32>, rows: &Range<u32>, color: [u8; 4]) {
         for y in rows.clone() {
             self.row(columns, y).fill(color);
@@ -421,14 +489,19 @@ impl Target<'_> {
 fn mix<const N: usize>(parts: [([u8; 4], f32); N]) -> [u8; 4] {
     let mut sum = [0.0f32; 4];
     for (color, share) in parts {
-        let [r, g, b, a] = color.map(f32::from);
-        let share = if color[3] == 255 { share } else { share * a / 255.0 };
-        sum[0] += r * share;
-        sum[1] += g * share;
-        sum[2] += b * share;
-        sum[3] += share;
+        add(&mut sum, color, share);
     }
     straight(sum)
+}
+
+/// Adds a share of a straight colour to a premultiplied one.
+fn add(sum: &mut [f32; 4], color: [u8; 4], share: f32) {
+    let [r, g, b, a] = color.map(f32::from);
+    let share = if color[3] == 255 { share } else { share * a / 255.0 };
+    sum[0] += r * share;
+    sum[1] += g * share;
+    sum[2] += b * share;
+    sum[3] += share;
 }
 
 /// Of premultiplied red, green and blue, and the alpha that they are multiplied with, 0 to 1.

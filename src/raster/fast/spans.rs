@@ -58,8 +58,24 @@ impl Axis {
         })
     }
 
+    /// Whether any of the pixels, that wide in pixels of the scene, reaches across a border between two of these.
+    pub fn reaches_across(&self, width: f64) -> bool {
+        self.fraction.iter().any(|at| at - 0.5 * width < 0.0 || at + 0.5 * width > 1.0)
+    }
+
+    /// The pixel of the scene that the middle of the pixel before one falls into, if that is one of these.
+    pub fn before(&self, pixel: u32) -> Option<u32> {
+        let before = (pixel - self.first).checked_sub(1)?;
+        self.scene.get(before as usize).copied()
+    }
+
+    /// The pixel of the scene that a pixel's middle falls into.
+    pub fn scene(&self, pixel: u32) -> u32 {
+        self.scene[(pixel - self.first) as usize]
+    }
+
     fn cell(&self, pixel: u32, log2: u8) -> u32 {
-        self.scene[(pixel - self.first) as usize] >> log2
+        self.scene(pixel) >> log2
     }
 
     /// Where in a cell of 2^`log2` pixels of the scene a pixel's middle is, in cell widths.
