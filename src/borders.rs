@@ -120,3 +120,70 @@ impl<'a> Borders<'a> {
         Part { from, to: from.map(|along| along + (1 << log2)), nodes, cell }
     }
 }
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::labels::Source;
+    use crate::model::InCell;
+    use crate::raster::region_at;
+    use crate::{EncodeOptions, Limits, encode, grid::Point};
+
+    const SIZE: u32 = 96;
+
+    /// Discs of three sizes over each other, many of them small.
+    fn picture(kernel: Kernel) -> Image {
+        let label = |[x, y]: [u32; 2]| {
+            let is_in = |i: &u32| {
+                let [a, b] = [i * 37 % 101, i * 53 % 97].map(f64::from);
+                (f64::from(x) - a).hypot(f64::from(y) - b) < f64::from(2 + i % 3 * 2)
+            };
+            (0..120).rev().find(is_in).map_or(0, |i| 1 + i % 5)
+        };
+        let labels = grid::places([SIZE; 2]).map(label).collect();
+        let source = Source::from_labels([SIZE; 2], labels, &Limits::default()).unwrap();
+        encode(&source, &EncodeOptions { kernel, ..Default::default() }, |_| ()).unwrap()
+    }
+
+    #[test]
+    fn what_one_of_two_cells_does_not_know_near_their_border_they_disagree_about() {
+        let (mut news, mut agree) = (0, 0);
+        for kernel in [Kernel::Quadratic, Kernel::Linear] {
+            let image = picture(kernel);
+            let borders = Borders { image: &image, lists: None };
+            for pixel in grid::places([SIZE - 1; 2]) {
+                let own = borders.part(pixel);
+                // From its last pixel on to the right, or down.
+                for axis in 0..2 {
+                    let mut next = pixel;
+                    next[axis] += 1;
+                    let Some((cells, cell, _)) = own.cell.filter(|_| next[axis] == own.to[axis])
+                    else {
+                        continue;
+                    };
+                    let mut place = Point { whole: next.map(i64::from), frac: [0.5; 2] };
+                    place.frac[axis] = 0.3;
+                    let width = f64::from(own.to[0] - own.from[0]);
+                    let u =
+                        [0, 1].map(|i| (f64::from(next[i] - own.from[i]) + place.frac[i]) / width);
+                    let (value, _) = image.interpolate(&InCell { cells, cell, u });
+                    // What it shows a little beyond, and what is there.
+                    let shown =
+                        image.winner(own.nodes, value).and_then(|node| borders.region(node));
+                    let there = region_at(&image, &place);
+                    let knows = |part: &Part<'_>, region: Option<RegionId>| {
+                        part.nodes.iter().any(|&node| borders.region(node) == region)
+                    };
+                    let marked = [pixel, next].map(|pixel| borders.disagrees(pixel));
+                    if !knows(&own, there) || !knows(&borders.part(next), shown) {
+                        assert_eq!(marked, [true; 2], "{kernel:?} {pixel:?}");
+                        news += 1;
+                    } else if marked == [false; 2] && own.nodes.len() > 1 {
+                        agree += 1;
+                    }
+                }
+            }
+        }
+        assert!(news > 3 && agree > 99, "{news} {agree}");
+    }
+}
