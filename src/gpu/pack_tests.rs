@@ -82,7 +82,7 @@ fn decode(packed: &Packed, block_log2: u8, pixel: [u32; 2], fraction: [f64; 2]) 
         let size = f64::from(1 << texel_log2);
         (f64::from(within[axis] & ((1 << texel_log2) - 1)) + fraction[axis]) / size
     });
-    let (count, first) = ((word >> 26) as usize, (word & 0x1ff_ffff) as usize);
+    let (count, first) = ((word >> 26) as usize, (word & 0xff_ffff) as usize);
     let cut = |index: usize| cut(packed, first + index, u);
     if word >> 25 & 1 == 0 || count == 2 {
         let cuts = (0..count - 1).map(cut);
@@ -165,7 +165,7 @@ fn planes_are_laid_out_as_the_table_says() {
     let packed = Packed::new(&with_plane(Kernel::Linear)).unwrap();
     // Of the lists that decide, only the last has the edge: nodes 0, 1, 3 and 4, six pairs.
     let by_pairs = packed.cells.iter().find(|&&word| word >> 25 == 4 << 1 | 1).unwrap();
-    let words = |pair: usize| cut(&packed, (by_pairs & 0x1ff_ffff) as usize + pair, [0.0; 2]).1;
+    let words = |pair: usize| cut(&packed, (by_pairs & 0xff_ffff) as usize + pair, [0.0; 2]).1;
     // Nothing parts nodes 1 and 3: they are in one place.
     let pairs: Vec<[u32; 3]> = (0..6).map(words).collect();
     assert_eq!(pairs, [[1, 0, 0], [1, 0, 0], [2, 0, 0], [1, 1, 1], [2, 0, 1], [2, 0, 1]]);
@@ -173,7 +173,17 @@ fn planes_are_laid_out_as_the_table_says() {
 
 #[test]
 fn words_are_laid_out_as_the_table_says() {
-    let packed = Packed::new(&model(Kernel::Linear)).unwrap();
+    let model = model(Kernel::Linear);
+    let mut packed = Packed::new(&model).unwrap();
+    // The very first pixels of two blocks, and of a cell of one of them.
+    let borders = Borders { image: &model, lists: None };
+    let words = [packed.blocks[0], packed.cells[0], packed.cells[5]];
+    let disagree = words.map(|word| word & DISAGREES != 0);
+    assert_eq!(disagree, [[0, 0], [8, 0], [10, 2]].map(|pixel| borders.disagrees(pixel)));
+    assert!(disagree[0]);
+    for word in packed.cells.iter_mut().chain(&mut packed.blocks[..1]) {
+        *word &= !DISAGREES;
+    }
     assert_eq!(packed.block_grid, [3, 1]);
     // Region 2 throughout; texels of 2^1 at the start; texels of 2^2 after 16 cells.
     assert_eq!(packed.blocks, [1 << 31 | 2, 1 << 28, 2 << 28 | 16]);
