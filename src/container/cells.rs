@@ -132,6 +132,8 @@ impl<const D: usize, const E: usize> Walk<'_, D, E> {
     }
 
     /// The list at a place in a block or next to it, in pixels from its start.
+    // Out of line, as below, for the sake of the viewer's bytes.
+    #[inline(never)]
     fn list_at(&self, block: usize, mut at: [i64; D]) -> ListId {
         let log2 = self.model.block_log2;
         let steps: [i64; 2] = std::array::from_fn(|axis| at.get(axis).map_or(0, |at| at >> log2));
@@ -159,6 +161,7 @@ impl<const D: usize, const E: usize> Walk<'_, D, E> {
         })
     }
 
+    #[inline(never)]
     fn length(&self, list: ListId) -> usize {
         match list {
             NONE => 0,

@@ -25,7 +25,9 @@ impl Default for Chance {
 
 impl Chance {
     /// Codes a decision.
-    #[inline]
+    // The viewer, in which every byte counts, would hold some fifty copies.
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     pub fn code<C: Coder>(&mut self, coder: &mut C, bit: bool) -> bool {
         let p = self.estimates.iter().map(|&p| u32::from(p)).sum::<u32>() / 2;
         let bit = coder.code(bit, p.clamp(LEAST, 65536 - LEAST));
@@ -91,6 +93,8 @@ pub struct Number {
 const TOLD: u32 = 12;
 
 impl Number {
+    // Likewise.
+    #[inline(never)]
     pub fn new(bound: u32) -> Self {
         let digits = u32::BITS - bound.saturating_sub(1).leading_zeros();
         Number { digits, chances: vec![Chance::default(); 1 << digits.min(TOLD)] }

@@ -47,9 +47,12 @@ async function buildWith(tool, options) {
 
 /**
  * Rust puts the stack first: the lowest bytes are its far end, and no address is computed from there. What is small enough is put
- * where it is called, and nothing larger: the same code twice is packed less well than a call.
+ * where it is called, and nothing larger: the same code twice is packed less well than a call. A sum that is written twice is not:
+ * what keeps it in a local, and what splits data where it is zero, are left out.
  */
 const SMALL = [
+  '--rse',
+  '--code-folding',
   '--gufa-optimizing',
   '--merge-similar-functions',
   '--coalesce-locals-learning',
@@ -59,6 +62,9 @@ const SMALL = [
   '--always-inline-max-function-size=7',
   '--flexible-inline-max-function-size=7',
   '--one-caller-inline-max-function-size=25',
+  '--reorder-locals',
+  '--skip-pass=local-cse',
+  '--skip-pass=memory-packing',
 ];
 
 /** Both modules, side by side: most of the time each keeps one core busy. */

@@ -14,6 +14,9 @@ const CLASS_CHECK = /^ *_assertClass\(.*\n|^function _assertClass\([\s\S]*?\n\}\
 const NO_REGISTRY =
   /\(typeof FinalizationRegistry === 'undefined'\)\n.*\n {4}: (?=new FinalizationRegistry)/g;
 const LOADER = 'async function __wbg_load(';
+/** Where imports come from, in each of them. */
+const FROM = /"\.\/\w+_bg\.js": import0/;
+const SHORT_FROM = 'i';
 const EXPORT = '\nexport { initSync, __wbg_init as default };';
 
 /** Takes a response, of which the caller has seen that it is one. Browsers compile it while it arrives where its type is right. */
@@ -55,7 +58,7 @@ export function shortenNames(glue, module) {
     body.startsWith('function(') ? `        ${short}${body.slice(8)},` : `        ${short}: ${body},`,
   );
   const loader = text.indexOf(LOADER, end);
-  if (loader < 0 || text.indexOf(EXPORT, loader) < 0)
+  if (loader < 0 || text.indexOf(EXPORT, loader) < 0 || !FROM.test(text))
     throw new TaskError(`${glue} has an unknown loader: see web/tasks/shorten.mjs`);
   const exportNames = new Map();
   const shortExport = (name) => {
@@ -65,13 +68,13 @@ export function shortenNames(glue, module) {
     return exportNames.get(name);
   };
   const bound = renamed(readFileSync(module), IMPORT_SECTION, (bytes, start, parts) => {
-    const [module, afterModule] = readText(bytes, start);
+    const [, afterModule] = readText(bytes, start);
     const [name, at] = readText(bytes, afterModule);
     const short = shortByName.get(name);
     if (!short || bytes[at] !== FUNCTION) {
       throw new TaskError(`The glue has no function ${name} for the module: see web/tasks/shorten.mjs`);
     }
-    parts.push(textBytes(module), textBytes(short));
+    parts.push(textBytes(SHORT_FROM), textBytes(short));
     return at;
   });
   const small = renamed(bound, EXPORT_SECTION, (bytes, start, parts) => {
@@ -82,6 +85,7 @@ export function shortenNames(glue, module) {
   writeFileSync(module, small);
   const before = text.slice(0, start) + properties.join('\n') + text.slice(end, loader) + SMALL_LOADER;
   const after = before
+    .replace(FROM, `${SHORT_FROM}: import0`)
     .replace(DISPOSE, '')
     .replace(CLASS_CHECK, '')
     .replace(NO_REGISTRY, '')
