@@ -151,7 +151,7 @@ impl Candidates {
         let others = (0..self.regions.len()).filter(|&j| self.regions[j] != self.regions[i]);
         let mut parted =
             others.filter(|&j| !self.by_pairs || !self.is_level(self.pair(i.min(j), i.max(j))));
-        parted.all(|j| lead(j).most(low, high) > 0.0)
+        parted.all(|j| lead(j).may_be_positive(low, high))
     }
 
     /// Of cuts by pairs about some middle: how much deeper a place is in each candidate than in the first, where within `reach` one
@@ -275,16 +275,18 @@ impl Biquadratic {
         terms.sum()
     }
 
-    /// No less than the value anywhere between two places: the greatest of its control values there.
-    pub fn most(&self, low: [f64; 2], high: [f64; 2]) -> f64 {
+    /// Whether the value may be above zero somewhere between two places: one of its control values there is.
+    fn may_be_positive(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         let controls = |[a, b, c]: [f64; 3], axis: usize| {
             let [low, high] = [low[axis], high[axis]];
             let at = |x: f64| a + x * (b + x * c);
             [at(low), a + 0.5 * b * (low + high) + c * low * high, at(high)]
         };
-        let columns = self.0.map(|column| controls(column, 1));
-        let row = |i: usize| controls(columns.map(|column| column[i]), 0);
-        (0..3).flat_map(row).fold(f64::NEG_INFINITY, f64::max)
+        let columns = [controls(self.0[0], 1), controls(self.0[1], 1), controls(self.0[2], 1)];
+        (0..3).any(|i| {
+            let row = [columns[0][i], columns[1][i], columns[2][i]];
+            controls(row, 0).iter().any(|&value| value > 0.0)
+        })
     }
 
     /// No less than the length of the gradient within `reach` of the origin along each axis.

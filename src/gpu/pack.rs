@@ -17,7 +17,7 @@
 //! one. Ghosts never win and are left out; a list whose nodes all belong to one region makes its cells
 //! solid.
 
-use crate::borders::Borders;
+use crate::borders::{Borders, Part};
 use crate::cuts::{self, Biquadratic, Candidates, Deciding};
 use crate::error::{Error, Result};
 use crate::grid;
@@ -43,6 +43,7 @@ pub(crate) fn first_log2(size: [u32; 2], most: u64) -> u32 {
 /// In a block's or a cell's word: one region, in the low 24 bits.
 pub(super) const SOLID: u32 = 1 << 31;
 const TEXEL_LOG2_SHIFT: u32 = 28;
+const FIRST_CELL_MASK: u32 = (1 << TEXEL_LOG2_SHIFT) - 1;
 const COUNT_SHIFT: u32 = 26;
 const BY_PAIRS: u32 = 1 << 25;
 /// In the word of any cell, and of a solid block.
@@ -139,20 +140,19 @@ impl Packed {
             cuts: stand(cuts),
             styles: image.regions.iter().map(|r| Style::plain(r.color).words()).collect(),
         };
-        let borders = Borders { image, lists: Some(&deciding) };
         let mut count = 0;
-        for (at, block) in grid::places(block_grid).zip(&image.blocks) {
-            let pixel = at.map(|along| along << image.block_log2);
+        for block in &image.blocks {
             let word = match block {
-                Block::Solid(node) => SOLID | disagrees(&borders, pixel) | region(image, *node)?,
+                Block::Solid(node) => SOLID | region(image, *node)?,
                 Block::Cells(cells) => {
                     let first = packed.cells.len() as u32;
-                    count = packed.push_cells(&borders, &deciding, (pixel, cells), count);
+                    count = packed.push_cells(image, &deciding, cells, count);
                     u32::from(cells.texel_log2) << TEXEL_LOG2_SHIFT | first
                 }
             };
             packed.blocks.push(word);
         }
+        packed.mark(&Borders { image, lists: Some(&deciding) });
         fold(&mut packed.cells, 0, "cells")?;
         fold(&mut packed.styles, [0; 4], "styles")?;
         Ok(packed)
@@ -213,12 +213,11 @@ impl Packed {
     /// then.
     fn push_cells(
         &mut self,
-        borders: &Borders<'_>,
+        image: &Image,
         deciding: &[Option<Deciding>],
-        (pixel, cells): ([u32; 2], &Cells<3>),
+        cells: &Cells<3>,
         mut count: usize,
     ) -> usize {
-        let image = borders.image;
         let (mut own, mut cuts) = (Vec::new(), Vec::new());
         for (cell, &list) in grid::places(image.cell_grid(cells.texel_log2)).zip(&cells.lists) {
             let word = match &deciding[list as usize] {
@@ -235,16 +234,42 @@ impl Packed {
                     word
                 }
             };
-            let first = [0, 1].map(|axis| pixel[axis] + (cell[axis] << cells.texel_log2));
-            self.cells.push(word | disagrees(borders, first));
+            self.cells.push(word);
         }
         count
     }
-}
 
-/// Not in a browser: its module has no room yet for what finds out. There samples are not cut.
-fn disagrees(borders: &Borders<'_>, pixel: [u32; 2]) -> u32 {
-    if cfg!(not(target_arch = "wasm32")) && borders.disagrees(pixel) { DISAGREES } else { 0 }
+    /// Marks the cells that disagree with any around them.
+    fn mark(&mut self, borders: &Borders<'_>) {
+        let image = borders.image;
+        for (at, block) in grid::places(self.block_grid).zip(&image.blocks) {
+            let log2 = match block {
+                Block::Solid(_) => image.block_log2,
+                Block::Cells(cells) => cells.texel_log2,
+            };
+            for cell in grid::places(image.cell_grid(log2)) {
+                let first = |axis: usize| (at[axis] << image.block_log2) + (cell[axis] << log2);
+                let part = borders.part([0, 1].map(first));
+                let is_solid = *self.word(&part) & SOLID > 0;
+                // Two of one region each tell each other: it is enough that one is asked.
+                for other in borders.told(&part, u32::from(!is_solid)) {
+                    *self.word(&part) |= DISAGREES;
+                    *self.word(&other) |= DISAGREES;
+                }
+            }
+        }
+    }
+
+    /// The word that tells what a cell or a solid block shows.
+    // Out of line for the sake of the viewer's bytes.
+    #[inline(never)]
+    fn word(&mut self, part: &Part<'_>) -> &mut u32 {
+        let block = &mut self.blocks[part.block];
+        match *block & SOLID {
+            0 => &mut self.cells[(*block & FIRST_CELL_MASK) as usize + part.cell],
+            _ => block,
+        }
+    }
 }
 
 /// Appends the cuts of one cell, `own`, the first of which will be number `first`, and returns its word.

@@ -109,7 +109,7 @@ impl Painter<'_> {
             let along = axes[1 - axis].scene(run);
             if cell.is_none_or(|(end, _)| along >= end) {
                 let pixel = if axis == 0 { [across, along] } else { [along, across] };
-                cell = Some((borders.end(pixel)[1 - axis], borders.disagrees(pixel)));
+                cell = Some((borders.part(pixel).to[1 - axis], borders.disagrees(pixel)));
             }
             if let Some((_, true)) = cell {
                 self.redraw(sample, if reaches { one } else { other }, into);
