@@ -81,6 +81,12 @@ impl SceneView {
         dense.min(most).max(sparse).clamp(1, MAX_SAMPLES)
     }
 
+    /// Whether boundaries are blended across such samples, of which a pixel has so many along an axis. The most that there are
+    /// cover several pixels of the scene each, of which the boundary next to their middles says little; but there are enough of them.
+    pub fn blends(samples: u32) -> bool {
+        samples < MAX_SAMPLES
+    }
+
     /// Whether samples, of which a pixel has so many along an axis, are cut at borders of cells that disagree.
     pub fn is_cut_at_borders(&self, samples: f64) -> bool {
         self.scale * samples * CUT >= 1.0

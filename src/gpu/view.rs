@@ -5,6 +5,7 @@ use super::close::Close;
 use super::far::{self, Far, Use};
 use super::patches::Patches;
 use crate::camera::{Camera, Turned};
+use crate::kernel::Kernel;
 use crate::model::Image;
 use crate::placement::{MAX_SAMPLES, Placement, SceneView};
 use crate::style::Reach;
@@ -100,6 +101,9 @@ impl Layer {
             (uniforms.offset, uniforms.pixel, uniforms.sub_pixel) = ([0.0; 2], 1.0, 1.0);
         } else if antialias && view.is_cut_at_borders(f64::from(uniforms.samples)) {
             uniforms.flags |= ViewUniforms::CUT_AT_BORDERS;
+            if image.kernel == Kernel::Linear {
+                uniforms.flags |= ViewUniforms::CORNERS;
+            }
         }
         let patches = match &close {
             Some(close) => Some(Patches::close(view.viewport, close.split)),
@@ -285,6 +289,8 @@ impl ViewUniforms {
     pub const TURNED: u32 = 32;
     /// In `flags`: samples are cut at borders of cells that disagree, see [`Borders`](crate::borders::Borders).
     pub const CUT_AT_BORDERS: u32 = 64;
+    /// In `flags`: boundaries have corners at borders of cells, with the linear kernel.
+    pub const CORNERS: u32 = 128;
 
     /// A view of a scene, drawn into `target` by so many sub-samples along an axis of each pixel; without
     /// antialiasing by none.
@@ -297,7 +303,7 @@ impl ViewUniforms {
     ) -> Self {
         let pixel = 1.0 / view.scale;
         let mut flags = 0;
-        if samples.is_some() {
+        if samples.is_some_and(SceneView::blends) {
             flags |= Self::ANTIALIAS;
         }
         let samples = samples.unwrap_or(1);
@@ -352,7 +358,6 @@ impl ViewUniforms {
 mod tests {
     use super::*;
     use crate::grid::Point;
-    use crate::kernel::Kernel;
 
     const SIZE: [u32; 2] = [4000, 3000];
 

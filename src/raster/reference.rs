@@ -146,6 +146,7 @@ pub(super) fn draw_row(
         false => return,
     };
     let samples = if antialias { view.samples(model.kernel) } else { 1 };
+    let antialias = antialias && SceneView::blends(samples);
     let styled = Styled { model, styles, view, samples: f64::from(samples), antialias };
     for x in own.start.max(some.start)..own.end.min(some.end) {
         let middle = turned.back([x, y].map(|along| f64::from(along) + 0.5));

@@ -149,6 +149,26 @@ fn at_many_boundaries_it_is_the_mean_of_many_samples() {
     }
 }
 
+/// From so far away that a pixel has as many samples as the oracle takes.
+#[test]
+fn the_most_samples_are_told_by_their_middles_alone() {
+    for name in ["map", "emblem"] {
+        let image = fixtures::gallery_encoded(name, 8, Kernel::Quadratic);
+        let mut camera = Camera::new(image.size, VIEWPORT);
+        camera.look_at(Point::new(image.size.map(|n| 0.5 * f64::from(n))), 0.02);
+        let mut pixels = vec![[0; 4]; (VIEWPORT[0] * VIEWPORT[1]) as usize];
+        Painter::new(image).draw(&camera, 0, true, &mut pixels);
+        let oracle = supersampled(image, &camera);
+        for (who, drawn) in [("reference", reference(image, &camera, true)), ("painter", pixels)] {
+            for (oracle, drawn) in oracle.iter().zip(drawn) {
+                let drawn = premultiplied(drawn);
+                let off = (0..4).map(|i| (oracle.mean[i] - drawn[i]).abs()).fold(0.0, f64::max);
+                assert!(off <= 1.0, "{name}, {who}: {off} levels");
+            }
+        }
+    }
+}
+
 /// Places on boundaries all over a picture.
 fn many_on_boundaries(image: &Image) -> Vec<[f64; 2]> {
     let region = |x: f64, y: f64| raster::region_at(image, &Point::new([x, y]));

@@ -209,7 +209,8 @@ impl<'a> Painter<'a> {
             let start = [fine_columns.start, fine_rows.start];
             let mut into = Target { pixels: &mut sub, stride, start };
             let sample = Sample { model: &self.image, view, samples: f64::from(samples) };
-            self.paint(&fine, [fine_columns, fine_rows], Some(sample), &mut into);
+            let sample = SceneView::blends(samples).then_some(sample);
+            self.paint(&fine, [fine_columns, fine_rows], sample, &mut into);
             let bands = sub.chunks_exact(stride * samples as usize);
             for (y, band) in some.zip(bands) {
                 let row = &mut pixels[(y - rows.start) as usize * width..][..width];
