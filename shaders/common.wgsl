@@ -69,6 +69,8 @@ const PATCHES = 16u;
 const TURNED = 32u;
 // Samples that reach across a border of a cell that disagrees with its neighbours are cut there.
 const CUT_AT_BORDERS = 64u;
+// Boundaries have corners at borders of cells.
+const CORNERS = 128u;
 
 const MAX_CANDIDATES = 16u;
 const MAX_SAMPLES = 16u;

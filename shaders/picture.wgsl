@@ -57,11 +57,8 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
     let per_cell = view.pixel / cell.width;
     let low = (place - near - cell.start) / cell.width;
     let high = (place + near - cell.start) / cell.width;
-    let is_cut = ((word & DISAGREES) != 0u)
-        & ((view.flags & CUT_AT_BORDERS) != 0u)
-        & (any(low < vec2(0.0)) | any(high > vec2(1.0)));
     let is_part = (cell.width < view.patch_width) & ((view.flags & CLOSE) == 0u);
-    if is_part | is_cut | (view.samples > 1u) {
+    if is_part | (view.samples > 1u) {
         word = NONE;
     }
     let in_patches = (view.flags & PATCHES) != 0u;
@@ -72,7 +69,7 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
         // What is no patch lies around anywhere.
         is_quiet |= there.is_quiet & in_patches;
     }
-    let seen = seen_between(word, low, high);
+    let seen = seen_about(cell, word, place, near);
     let positive = style(seen.cut.c0.w);
     let negative = style(seen.cut.c2.w);
     let is_plain = in_patches

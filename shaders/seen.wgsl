@@ -108,6 +108,52 @@ fn seen_between(word: u32, low: vec2<f32>, high: vec2<f32>) -> Seen {
 // More than two.
 const MANY = 3u;
 
+// What a cell shows within `near` pixels of the scene of a place in it, with `word` for its own. Of one that disagrees it is
+// more than two where others that are as near show anything else, or draw a boundary in another way.
+fn seen_about(own: Whereabouts, word: u32, place: vec2<f32>, near: f32) -> Seen {
+    let low = place - near;
+    let high = place + near;
+    var cell = own;
+    cell.word = word;
+    var start = low;
+    var end = high;
+    // The next cell, and where the next row of cells starts.
+    var at = low;
+    var below = FAR;
+    var seen = Seen();
+    var looks = 0u;
+    loop {
+        let there = seen_between(cell.word, (start - cell.start) / cell.width, (end - cell.start) / cell.width);
+        if looks == 0u {
+            seen = there;
+            let is_within = all(low >= own.start) & all(high <= own.end);
+            let is_cut = ((word & DISAGREES) != 0u) & ((view.flags & CUT_AT_BORDERS) != 0u);
+            at.y = select(at.y, high.y, is_within | !is_cut);
+        } else {
+            let regions = vec2(there.cut.c0.w, there.cut.c2.w);
+            let is_known = all((regions == vec2(seen.cut.c0.w)) | (regions == vec2(seen.cut.c2.w)));
+            let is_alike = (cell.width == own.width) & ((view.flags & CORNERS) == 0u);
+            let is_told = is_known & (is_alike | (there.count == 1u));
+            seen.count = select(MANY, max(seen.count, there.count), is_told);
+            below = min(below, cell.end.y);
+            at.x = cell.end.x;
+            if at.x >= high.x {
+                at = vec2(low.x, below);
+                below = FAR;
+            }
+        }
+        if (at.y >= high.y) | (seen.count == MANY) | (looks == 9u) {
+            break;
+        }
+        looks++;
+        cell = whereabouts(at);
+        start = at;
+        end = min(high, cell.end);
+    }
+    seen.count = select(MANY, seen.count, at.y >= high.y);
+    return seen;
+}
+
 // Whether a region has an outline that is seen.
 fn is_outlined(region: u32) -> bool {
     return outline_width(style(region)) > 0.0;

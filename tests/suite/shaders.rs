@@ -279,6 +279,7 @@ mod twins {
             ("PATCHES", ViewUniforms::PATCHES),
             ("TURNED", ViewUniforms::TURNED),
             ("CUT_AT_BORDERS", ViewUniforms::CUT_AT_BORDERS),
+            ("CORNERS", ViewUniforms::CORNERS),
             ("MAX_CANDIDATES", MAX_CANDIDATES as u32),
             ("MAX_SAMPLES", MAX_SAMPLES),
             ("WIDTH_LOG2", WIDTH.trailing_zeros()),
