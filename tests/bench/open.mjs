@@ -21,10 +21,11 @@ export async function measureWeb(folder, glue, modules) {
     await bound.default({ module_or_path: module });
     return bound;
   };
-  standIn();
+  const context = standIn();
   const { fitTexels } = await load('istar_encoder');
   const { Archive, Renderer } = await load('istar');
-  const renderer = await Renderer.create('webgl2');
+  const { glsl } = await import(pathToFileURL(join(glue, 'picture.js')));
+  const renderer = Renderer.onContext(context.canvas, context, glsl);
   console.log(`\nopen, web  ${'step'.padEnd(14)} wasm s  native s  ratio`);
   const rows = readFileSync(join(folder, 'native.tsv'), 'utf8').trim().split('\n');
   for (const row of rows) {
@@ -85,15 +86,15 @@ function standIn() {
     getShaderParameter: true,
     isContextLost: false,
   };
+  globalThis.OffscreenCanvas = class {};
   globalThis.WebGL2RenderingContext = class {
+    canvas = new OffscreenCanvas();
     constructor() {
       // biome-ignore lint/correctness/noConstructorReturn: an object that has every method cannot be written as a class.
-      return new Proxy(this, { get: (_, name) => () => answers[name] ?? {} });
+      return new Proxy(this, {
+        get: (own, name) => own[name] ?? (() => answers[name] ?? {}),
+      });
     }
   };
-  globalThis.OffscreenCanvas = class {
-    getContext() {
-      return new globalThis.WebGL2RenderingContext();
-    }
-  };
+  return new WebGL2RenderingContext();
 }

@@ -298,7 +298,10 @@ export function assertAlike(label, actual, expected, { channel = CHANNEL, share 
   assert.fail(`${label}: ${(found.share * 100).toFixed(3)} % of the pixels differ, see ${kept}`);
 }
 
-/** The share of pixels that differ by more than `tolerance` in a channel, and a picture of where. */
+/**
+ * The share of pixels that differ by more than `tolerance` in a channel, and a picture of where. Colours are weighted by their opacity, as
+ * canvases keep them: what little is seen of one that is next to transparent is rounded too much to tell more.
+ */
 function difference(actual, expected, tolerance) {
   const { width, height } = expected;
   if (actual.width !== width || actual.height !== height) {
@@ -307,8 +310,9 @@ function difference(actual, expected, tolerance) {
   const picture = new PNG({ width, height });
   let count = 0;
   for (let i = 0; i < expected.data.length; i += 4) {
+    const channel = ({ data }, c) => (c < 3 ? data[i + c] * (data[i + 3] / 255) : data[i + c]);
     let most = 0;
-    for (let c = 0; c < 4; c++) most = Math.max(most, Math.abs(actual.data[i + c] - expected.data[i + c]));
+    for (let c = 0; c < 4; c++) most = Math.max(most, Math.abs(channel(actual, c) - channel(expected, c)));
     const differs = most > tolerance;
     if (differs) count++;
     picture.data.set(differs ? [255, 0, 0, 255] : [most * 40, most * 40, most * 40, 255], i);

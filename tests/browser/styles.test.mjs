@@ -8,8 +8,6 @@ import { PNG } from 'pngjs';
 import { at, checkedCli } from '../../web/tasks/project.mjs';
 import * as harness from './harness.mjs';
 
-/** Rays that look for outlines end in another step where f32 has a boundary on the other side of it. */
-const SHARE = 0.004;
 const SIZE = { width: 360, height: 270 };
 const FILE = at('dist', 'gallery', 'map.istar');
 const PLACE = '3080,740,2';
@@ -25,11 +23,11 @@ async function opened(backend) {
 }
 
 /** The page's view against the CPU's, with the styles that the page has. */
-async function matches(page, label, share = SHARE) {
+async function matches(page, label) {
   const styles = await page.evaluate(() => document.querySelector('istar-viewer').styles);
   const actual = await harness.shot(page);
   const expected = harness.oracle(FILE, await harness.place(page), SIZE, styles);
-  harness.assertAlike(`styles-${label}`, actual, expected, { share });
+  harness.assertAlike(`styles-${label}`, actual, expected);
   return actual;
 }
 
@@ -98,7 +96,7 @@ for (const backend of [...harness.BACKENDS, 'cpu']) {
         colors: {},
         regions: {},
       });
-      await matches(page, `${backend}-plain`, 0.001);
+      await matches(page, `${backend}-plain`);
     });
     assert.deepEqual(uncaught, []);
     await close();
@@ -199,7 +197,7 @@ test('nonsense from a page does no harm', async () => {
     viewer.styles = {};
     await viewer.painted;
   });
-  await matches(page, 'nonsense', 0.001);
+  await matches(page, 'nonsense');
   assert.deepEqual(uncaught, []);
   await close();
 });
