@@ -266,9 +266,10 @@ fn color_at(screen: vec2<f32>, is_styled: bool) -> vec4<f32> {
     var start = low;
     var end = high;
     if ((own.word & DISAGREES) != 0u) & ((view.flags & CUT_AT_BORDERS) != 0u) {
-        // What only touches a border does not reach across; and what lies beyond the rim is at neither side of it.
+        // What only touches a border does not reach across; and beyond the rim is what is at the rim.
         let inner = 0.499 * view.sub_pixel;
-        start = select(low, own.start, abs(own.start - middle) < vec2(inner));
+        let is_border = (abs(own.start - middle) < vec2(inner)) & (own.start > vec2<f32>(-view.anchor));
+        start = select(low, own.start, is_border);
         end = select(high, own.end, abs(own.end - middle) < vec2(inner));
     }
     var sum = vec4(0.0);

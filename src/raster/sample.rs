@@ -75,8 +75,12 @@ impl Sample<'_> {
         [0, 1].map(|axis| {
             let before = (place.whole[axis] & (size - 1)) as f64 + place.frac[axis];
             let [from, to] = [-before, size as f64 - before].map(|along| along * self.view.scale);
-            let from = if from > -WITHIN * half { from } else { -half };
-            let to = if to < WITHIN * half { to } else { half };
+            // Beyond the rim is what is at the rim: no border is there.
+            let first = place.whole[axis] & -size;
+            let [is_first, is_last] =
+                [first == 0, first + size >= i64::from(self.model.size[axis])];
+            let from = if from > -WITHIN * half && !is_first { from } else { -half };
+            let to = if to < WITHIN * half && !is_last { to } else { half };
             [-half, from, to, half]
         })
     }
