@@ -70,15 +70,46 @@ pub fn supersampled(image: &Image, camera: &Camera) -> Vec<Oracle> {
     found
 }
 
+/// A picture with all that draws it for people.
+struct Drawers<'a> {
+    painter: Painter<'a>,
+    #[cfg(feature = "gpu")]
+    on_gpu: (istar::gpu::Renderer, istar::gpu::Scene, istar::Placement),
+}
+
+impl<'a> Drawers<'a> {
+    fn new(image: &'a Image) -> Self {
+        Drawers {
+            painter: Painter::new(image),
+            #[cfg(feature = "gpu")]
+            on_gpu: {
+                let renderer = istar::gpu::Renderer::new(Default::default()).expect("a GPU driver");
+                let scene = renderer.upload(image).expect("room for the picture");
+                (renderer, scene, istar::Placement::whole(image.size))
+            },
+        }
+    }
+
+    /// What each of them shows of a view, and its name.
+    fn draw(&self, camera: &Camera) -> Vec<(&'static str, Vec<[u8; 4]>)> {
+        let [width, height] = camera.viewport();
+        let mut pixels = vec![[0; 4]; (width * height) as usize];
+        self.painter.draw(camera, 0, true, &mut pixels);
+        vec![
+            ("painter", pixels),
+            #[cfg(feature = "gpu")]
+            ("gpu", {
+                let (renderer, scene, whole) = &self.on_gpu;
+                renderer.render(&[(scene, *whole)], camera, true).expect("a frame")
+            }),
+        ]
+    }
+}
+
 #[test]
 fn at_every_scale_it_is_the_mean_of_many_samples() {
     for (name, image) in &real() {
-        #[cfg(feature = "gpu")]
-        let (renderer, scene) = {
-            let renderer = istar::gpu::Renderer::new(Default::default()).expect("a GPU driver");
-            let scene = renderer.upload(image).expect("room for the picture");
-            (renderer, scene)
-        };
+        let drawers = Drawers::new(image);
         let boundary = on_a_boundary(image).expect("a boundary");
         // Where strokes part everything there is none.
         let junction = junction(image).unwrap_or(boundary);
@@ -87,18 +118,8 @@ fn at_every_scale_it_is_the_mean_of_many_samples() {
                 let mut camera = Camera::new(image.size, VIEWPORT);
                 camera.look_at(Point::new(at), scale);
                 let oracle = supersampled(image, &camera);
-                let mut pixels = vec![[0; 4]; (VIEWPORT[0] * VIEWPORT[1]) as usize];
-                Painter::new(image).draw(&camera, 0, true, &mut pixels);
-                let all = [
-                    ("reference", reference(image, &camera, true)),
-                    ("painter", pixels),
-                    #[cfg(feature = "gpu")]
-                    ("gpu", {
-                        let whole = istar::Placement::whole(image.size);
-                        renderer.render(&[(&scene, whole)], &camera, true).expect("a frame")
-                    }),
-                ];
-                for (who, drawn) in all {
+                let reference = ("reference", reference(image, &camera, true));
+                for (who, drawn) in [reference].into_iter().chain(drawers.draw(&camera)) {
                     let (psnr, off) = errors(&oracle, &drawn);
                     let view = format!("{name}, {what} at {scale}, {who}");
                     assert!(psnr >= LEAST_PSNR, "{view}: {psnr} dB");
@@ -117,29 +138,13 @@ fn at_many_boundaries_it_is_the_mean_of_many_samples() {
         .flat_map(|name| [(name, Kernel::Quadratic), (name, Kernel::Linear)])
     {
         let image = fixtures::gallery_encoded(name, 8, kernel);
-        let painter = Painter::new(image);
-        #[cfg(feature = "gpu")]
-        let (renderer, scene) = {
-            let renderer = istar::gpu::Renderer::new(Default::default()).expect("a GPU driver");
-            let scene = renderer.upload(image).expect("room for the picture");
-            (renderer, scene)
-        };
+        let drawers = Drawers::new(image);
         for at in many_on_boundaries(image) {
             for scale in [0.5, 1.0, 1.7, 3.0] {
                 let mut camera = Camera::new(image.size, VIEWPORT);
                 camera.look_at(Point::new(at), scale);
                 let oracle = supersampled(image, &camera);
-                let mut pixels = vec![[0; 4]; (VIEWPORT[0] * VIEWPORT[1]) as usize];
-                painter.draw(&camera, 0, true, &mut pixels);
-                let all = [
-                    ("painter", pixels),
-                    #[cfg(feature = "gpu")]
-                    ("gpu", {
-                        let whole = istar::Placement::whole(image.size);
-                        renderer.render(&[(&scene, whole)], &camera, true).expect("a frame")
-                    }),
-                ];
-                for (who, drawn) in all {
+                for (who, drawn) in drawers.draw(&camera) {
                     let (psnr, off) = errors(&oracle, &drawn);
                     let view = format!("{name}, {}, {at:?} at {scale}, {who}", kernel.name());
                     assert!(psnr >= LEAST_PSNR && off == 0, "{view}: {psnr} dB, {off} pixels");
@@ -156,10 +161,9 @@ fn the_most_samples_are_told_by_their_middles_alone() {
         let image = fixtures::gallery_encoded(name, 8, Kernel::Quadratic);
         let mut camera = Camera::new(image.size, VIEWPORT);
         camera.look_at(Point::new(image.size.map(|n| 0.5 * f64::from(n))), 0.02);
-        let mut pixels = vec![[0; 4]; (VIEWPORT[0] * VIEWPORT[1]) as usize];
-        Painter::new(image).draw(&camera, 0, true, &mut pixels);
         let oracle = supersampled(image, &camera);
-        for (who, drawn) in [("reference", reference(image, &camera, true)), ("painter", pixels)] {
+        let reference = ("reference", reference(image, &camera, true));
+        for (who, drawn) in [reference].into_iter().chain(Drawers::new(image).draw(&camera)) {
             for (oracle, drawn) in oracle.iter().zip(drawn) {
                 let drawn = premultiplied(drawn);
                 let off = (0..4).map(|i| (oracle.mean[i] - drawn[i]).abs()).fold(0.0, f64::max);
