@@ -64,8 +64,9 @@ impl Patches {
         let along = [0, 1].map(|axis| {
             let index = |screen: u32| {
                 let (whole, frac) = view.place_along(axis, f64::from(screen));
-                // The end of the last pixel belongs to it.
-                (whole as f64 + frac.min(1.0 - FINEST)).div_euclid(width)
+                // The end of the last pixel belongs to it. A width is a power of two, so this is exact; `div_euclid` would bring
+                // f64's remainder to the web, and with it a division of 128 bits.
+                ((whole as f64 + frac.min(1.0 - FINEST)) / width).floor()
             };
             let [from, to] = view.own.map(|corner| index(corner[axis]));
             let start = from * width - view.center.whole[axis] as f64;
