@@ -30,7 +30,9 @@ pub(crate) struct Part<'a> {
     from: [u32; 2],
     pub to: [u32; 2],
     /// Its block by number, and its cell in that; 0 where that is of one node.
+    #[cfg_attr(not(feature = "pack"), expect(dead_code, reason = "who packs a scene marks cells"))]
     pub block: usize,
+    #[cfg_attr(not(feature = "pack"), expect(dead_code, reason = "as above"))]
     pub cell: usize,
     content: Content<'a>,
 }
@@ -47,7 +49,6 @@ impl<'a> Part<'a> {
 
 impl<'a> Borders<'a> {
     /// Whether the cell that holds a pixel of the scene disagrees with any around it.
-    #[cfg(any(feature = "pack", test))]
     pub fn disagrees(&self, pixel: [u32; 2]) -> bool {
         let own = self.part(pixel);
         let mut is_news = Telling::new(self, &own);
@@ -56,6 +57,7 @@ impl<'a> Borders<'a> {
 
     /// The cells around one that have to be told something by it: with them it disagrees. `above`, in pixels, is 1; or 0 to leave
     /// out those that are all above it.
+    #[cfg(feature = "pack")]
     pub fn told<'b>(&'b self, by: &'b Part<'a>, above: u32) -> impl Iterator<Item = Part<'a>> + 'b {
         let mut is_news = Telling::new(self, by);
         self.around(by, above).filter(move |other| is_news.to(other))
