@@ -2,8 +2,10 @@
 
 use crate::views::{VIEWPORT, differing, reference, reference_once, views};
 use crate::{failures, fixtures};
+use istar::grid::Point;
+use istar::model::{Block, Cells, Lists, Node, Region};
 use istar::raster::{Painter, render_scene_row};
-use istar::{Camera, Image, Placement, grid};
+use istar::{Camera, Gamma, Image, Kernel, Placement, grid};
 
 /// As the painter says of itself.
 const CHANNEL: u8 = 2;
@@ -49,6 +51,70 @@ fn a_painter_draws_what_the_reference_draws() {
         sums = [sums[0] + share, sums[1] + views];
     }
     assert!(sums[0] / sums[1] < SHARE, "{} of pixels differ", sums[0] / sums[1]);
+}
+
+/// 64 × 64 pixels, in whose cells anything is: no boundary goes on where a cell ends.
+fn broken(texel_log2: u8) -> Image {
+    let colors = [[230, 40, 60, 255], [20, 160, 90, 255], [250, 220, 10, 255]];
+    let positions = [[20, 30, 40], [220, 60, 30], [60, 230, 90]];
+    let mut lists = Lists::default();
+    lists.push(&[0, 1, 2]);
+    lists.push(&[0, 1]);
+    let mut image = Image {
+        size: [64; 2],
+        kernel: Kernel::Quadratic,
+        gamma: Gamma::Voronoi,
+        block_log2: 4,
+        regions: colors.map(|color| Region { color }).to_vec(),
+        nodes: (0..)
+            .zip(positions)
+            .map(|(i, position)| Node { position, region: Some(i) })
+            .collect(),
+        edges: vec![[0, 1], [0, 2], [1, 2]],
+        faces: Vec::new(),
+        planes: Vec::new(),
+        lists,
+        blocks: Vec::new(),
+    };
+    let [cells, texels] = [image.cell_grid(texel_log2), image.texel_grid(texel_log2)]
+        .map(|size| grid::count(size) as u32);
+    let byte = |i: u32, by: u32| ((i * by) % 251) as u8;
+    let block = |index: u32| {
+        Block::Cells(Cells {
+            texel_log2,
+            lists: (0..cells).map(|i| (i + index) % 2).collect(),
+            texels: (index * texels..(index + 1) * texels)
+                .map(|i| [byte(i, 67), byte(i, 101), byte(i, 43)])
+                .collect(),
+        })
+    };
+    image.blocks = (0..16).map(block).collect();
+    image.check(&Default::default()).expect("a sound picture");
+    image
+}
+
+/// What is next to what is drawn at once is as if it were drawn too: of samples that are cut at a border, all parts count.
+#[test]
+fn a_painter_draws_parts_as_it_draws_all() {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for image in [1, 2, 3].map(broken) {
+        for scale in [0.7, 1.0, 1.3, 2.6, 3.1, 5.3] {
+            let mut camera = Camera::new(image.size, [33, 27]);
+            camera.look_at(Point::new([31.137, 29.861]), scale);
+            let expected = reference(&image, &camera, true);
+            for rows in [1, 2, 5, 27] {
+                let mut actual = vec![[0; 4]; expected.len()];
+                let painter = Painter::new(&image);
+                for (band, pixels) in (0..).zip(actual.chunks_mut(33 * rows as usize)) {
+                    painter.draw(&camera, rows * band, true, pixels);
+                }
+                sum += differing(&expected, &actual, CHANNEL);
+                count += 1.0;
+            }
+        }
+    }
+    // A border with one colour on both sides is not looked at.
+    assert!(sum / count < 2e-3, "{} of pixels differ", sum / count);
 }
 
 #[test]

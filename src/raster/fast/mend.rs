@@ -9,7 +9,8 @@ use crate::grid;
 use crate::model::{Block, Cells};
 
 impl Painter<'_> {
-    /// Goes along the borders in a row of blocks that has been drawn, and along those with the row above.
+    /// Goes along the borders in a row of blocks that has been drawn, and along those with the row above. Of what is next to all
+    /// that is drawn only the samples are told of that reach in from there, or out.
     pub(super) fn mend(
         &self,
         sample: &Sample<'_>,
@@ -19,7 +20,7 @@ impl Painter<'_> {
     ) {
         let block_log2 = self.image.block_log2;
         let block_grid = self.image.block_grid();
-        for across in axes[0].spans(axes[0].all(), block_log2) {
+        for across in axes[0].spans(axes[0].and_next(), block_log2) {
             let place = [across.cell, down.cell];
             let block = &self.image.blocks[grid::index(block_grid, place)];
             let spans = [&across, down];
@@ -94,17 +95,24 @@ impl Painter<'_> {
     ) {
         let first = spans[axis].pixels.start;
         let Some(reaches) = crossed(sample, axes, axis, log2, spans[axis]) else { return };
-        let Some(before) = axes[axis].before(first) else { return };
+        let before = axes[axis].before(first);
+        let is_drawn = [first > axes[axis].all().start, first < axes[axis].all().end];
+        if before >> log2 == spans[axis].cell || !is_drawn[usize::from(reaches)] {
+            return;
+        }
         let borders = Borders { image: &self.image, lists: Some(&self.lists) };
         let across = if reaches { spans[axis].cell << log2 } else { before };
         // Of the cell that such samples are in, which beyond may be a smaller one: where it ends, and whether it disagrees.
         let mut cell = None;
-        for run in spans[1 - axis].pixels.clone() {
+        let runs = &spans[1 - axis].pixels;
+        for run in runs.start..runs.end.min(axes[1 - axis].all().end) {
             let at = |along: u32| if axis == 0 { [along, run] } else { [run, along] };
-            let [one, other] = [at(first), at(first - 1)];
-            let color = *into.at(one);
-            if color == *into.at(other) {
-                continue;
+            // Where one of both is not drawn, nobody knows.
+            if is_drawn == [true; 2] {
+                let color = *into.at(at(first));
+                if color == *into.at(at(first - 1)) {
+                    continue;
+                }
             }
             let along = axes[1 - axis].scene(run);
             if cell.is_none_or(|(end, _)| along >= end) {
@@ -112,7 +120,7 @@ impl Painter<'_> {
                 cell = Some((borders.part(pixel).to[1 - axis], borders.disagrees(pixel)));
             }
             if let Some((_, true)) = cell {
-                self.redraw(sample, if reaches { one } else { other }, into);
+                self.redraw(sample, at(if reaches { first } else { first - 1 }), into);
             }
         }
     }

@@ -236,44 +236,61 @@ impl<'a> Painter<'a> {
                 && axes.iter().any(|axis| axis.reaches_across(WITHIN * width))
         });
         let block_log2 = self.image.block_log2;
-        let block_grid = self.image.block_grid();
-        for down in axes[1].spans(axes[1].all(), block_log2) {
-            // Blocks of one colour, side by side, that are filled together.
-            let mut pending: Option<(Range<u32>, [u8; 4])> = None;
-            for across in axes[0].spans(axes[0].all(), block_log2) {
-                let block = grid::index(block_grid, [across.cell, down.cell]);
-                let color = match &self.image.blocks[block] {
-                    Block::Solid(node) => {
-                        let region = self.image.nodes[*node as usize].region;
-                        Some(region.map_or([0; 4], |region| self.colors[region as usize]))
-                    }
-                    Block::Cells(cells) => {
-                        let place = [&across, &down];
-                        let places = sample.map(|sample| Places::of(sample.samples));
-                        let block = BlockView { view, axes: &axes, cells, place, places };
-                        self.paint_block(&block, into);
-                        None
-                    }
-                };
-                if let (Some((columns, before)), Some(color)) = (&mut pending, color)
-                    && *before == color
-                    && columns.end == across.pixels.start
-                {
-                    columns.end = across.pixels.end;
-                    continue;
-                }
-                let next = color.map(|color| (across.pixels, color));
-                if let Some((columns, color)) = std::mem::replace(&mut pending, next) {
-                    into.fill(&columns, &down.pixels, color);
-                }
-            }
-            if let Some((columns, color)) = pending {
-                into.fill(&columns, &down.pixels, color);
+        for down in axes[1].spans(axes[1].and_next(), block_log2) {
+            let rows = down.pixels.start..down.pixels.end.min(axes[1].all().end);
+            if !rows.is_empty() {
+                self.paint_blocks(view, &axes, (down.cell, rows), sample, into);
             }
             // While it is near at hand.
             if let Some(sample) = sample.filter(|_| reaches_across) {
                 self.mend(&sample, &axes, &down, into);
             }
+        }
+    }
+
+    /// Draws rows of samples that lie in a row of blocks.
+    fn paint_blocks(
+        &self,
+        view: &SceneView,
+        axes: &[Axis; 2],
+        (cell, pixels): (u32, Range<u32>),
+        sample: Option<Sample<'_>>,
+        into: &mut Target<'_>,
+    ) {
+        let block_log2 = self.image.block_log2;
+        let block_grid = self.image.block_grid();
+        let down = Span { cell, pixels };
+        // Blocks of one colour, side by side, that are filled together.
+        let mut pending: Option<(Range<u32>, [u8; 4])> = None;
+        for across in axes[0].spans(axes[0].all(), block_log2) {
+            let block = grid::index(block_grid, [across.cell, down.cell]);
+            let color = match &self.image.blocks[block] {
+                Block::Solid(node) => {
+                    let region = self.image.nodes[*node as usize].region;
+                    Some(region.map_or([0; 4], |region| self.colors[region as usize]))
+                }
+                Block::Cells(cells) => {
+                    let place = [&across, &down];
+                    let places = sample.map(|sample| Places::of(sample.samples));
+                    let block = BlockView { view, axes, cells, place, places };
+                    self.paint_block(&block, into);
+                    None
+                }
+            };
+            if let (Some((columns, before)), Some(color)) = (&mut pending, color)
+                && *before == color
+                && columns.end == across.pixels.start
+            {
+                columns.end = across.pixels.end;
+                continue;
+            }
+            let next = color.map(|color| (across.pixels, color));
+            if let Some((columns, color)) = std::mem::replace(&mut pending, next) {
+                into.fill(&columns, &down.pixels, color);
+            }
+        }
+        if let Some((columns, color)) = pending {
+            into.fill(&columns, &down.pixels, color);
         }
     }
 

@@ -3,11 +3,11 @@
 use crate::placement::SceneView;
 use std::ops::Range;
 
-/// The pixels of a view that are a scene's own, along one axis.
+/// The pixels of a view that are a scene's own, along one axis, and what is known of those next to them.
 pub(super) struct Axis {
-    /// The first of them.
-    first: u32,
-    /// The pixel of the scene that the middle of each falls into.
+    pixels: Range<u32>,
+    /// The pixel of the scene that the middle of each falls into; here as below of the one before the first, too, and of the
+    /// one after the last.
     scene: Vec<u32>,
     /// Where on the screen that middle is; for one beyond the scene's rim, where that is.
     screen: Vec<f32>,
@@ -25,10 +25,10 @@ pub(super) struct Span {
 impl Axis {
     /// Of those in `pixels`.
     pub fn new(view: &SceneView, axis: usize, pixels: Range<u32>) -> Self {
-        let mut found =
-            Axis { first: pixels.start, scene: vec![], screen: vec![], fraction: vec![] };
-        for pixel in pixels {
-            let middle = f64::from(pixel) + 0.5;
+        let all = i64::from(pixels.start) - 1..=i64::from(pixels.end);
+        let mut found = Axis { pixels, scene: vec![], screen: vec![], fraction: vec![] };
+        for pixel in all {
+            let middle = pixel as f64 + 0.5;
             let (whole, fraction) = view.place_along(axis, middle);
             found.scene.push(whole as u32);
             found.fraction.push(fraction);
@@ -39,7 +39,12 @@ impl Axis {
 
     /// All of its pixels.
     pub fn all(&self) -> Range<u32> {
-        self.first..self.first + self.scene.len() as u32
+        self.pixels.clone()
+    }
+
+    /// The same and the one after them, so that there is one on either side of a border behind the last.
+    pub fn and_next(&self) -> Range<u32> {
+        self.pixels.start..self.pixels.end + 1
     }
 
     /// The spans of cells of 2^`log2` pixels of the scene.
@@ -63,15 +68,18 @@ impl Axis {
         self.fraction.iter().any(|at| at - 0.5 * width < 0.0 || at + 0.5 * width > 1.0)
     }
 
-    /// The pixel of the scene that the middle of the pixel before one falls into, if that is one of these.
-    pub fn before(&self, pixel: u32) -> Option<u32> {
-        let before = (pixel - self.first).checked_sub(1)?;
-        self.scene.get(before as usize).copied()
+    /// The pixel of the scene that the middle of the pixel before one falls into.
+    pub fn before(&self, pixel: u32) -> u32 {
+        self.scene[self.index(pixel) - 1]
     }
 
     /// The pixel of the scene that a pixel's middle falls into.
     pub fn scene(&self, pixel: u32) -> u32 {
-        self.scene[(pixel - self.first) as usize]
+        self.scene[self.index(pixel)]
+    }
+
+    fn index(&self, pixel: u32) -> usize {
+        (pixel - self.pixels.start) as usize + 1
     }
 
     fn cell(&self, pixel: u32, log2: u8) -> u32 {
@@ -80,19 +88,19 @@ impl Axis {
 
     /// Where in a cell of 2^`log2` pixels of the scene a pixel's middle is, in cell widths.
     pub fn within(&self, pixel: u32, log2: u8) -> f64 {
-        let i = (pixel - self.first) as usize;
+        let i = self.index(pixel);
         let size = 1u32 << log2;
         (f64::from(self.scene[i] & (size - 1)) + self.fraction[i]) / f64::from(size)
     }
 
     /// Where on the screen the middles of pixels are.
     pub fn screen(&self, pixels: &Range<u32>) -> &[f32] {
-        let [from, to] = [pixels.start, pixels.end].map(|pixel| (pixel - self.first) as usize);
+        let [from, to] = [pixels.start, pixels.end].map(|pixel| self.index(pixel));
         &self.screen[from..to]
     }
 
     /// Where on the screen the middle of a pixel is.
     pub fn screen_at(&self, pixel: u32) -> f32 {
-        self.screen[(pixel - self.first) as usize]
+        self.screen[self.index(pixel)]
     }
 }
