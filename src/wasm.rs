@@ -174,7 +174,7 @@ impl Renderer {
     }
 
     /// Draws what was placed since the last frame as the camera shows it, in so many pixels, each of which stands for `step` of the
-    /// camera's along each axis, and makes the canvas as large. A quick frame may be a little blurred from far away. Throws an `Error`
+    /// camera's along each axis, and makes the canvas as large. A quick frame may be a little blurred from far away, and a little off where cells do not fit together. Throws an `Error`
     /// whose name is `gpu` where the device was lost.
     pub fn draw(
         &self,

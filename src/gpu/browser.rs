@@ -139,7 +139,8 @@ impl Renderer {
 
     /// Draws the camera's viewport, premultiplied, each scene over those before it where it lies. Makes the canvas as large, or as large as the
     /// device can: then the viewport's top left part is drawn. A viewport without pixels is none of
-    /// its business. A quick frame may be a little blurred from far away.
+    /// its business. A quick frame may be a little blurred from far away, and a little off where cells do not
+    /// fit together.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device was lost, [`Error::Usage`] for a scene of another back end.

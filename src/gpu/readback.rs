@@ -102,8 +102,8 @@ impl Renderer {
         self.draw(&layers(scenes, camera, antialias, false), camera)
     }
 
-    /// Draws the same as a viewer does while the view moves: where a pixel covers much of a scene, from what was
-    /// drawn of it before, and a little blurred.
+    /// Draws the same as a viewer does while the view moves and frames come late: where a pixel covers much of a scene,
+    /// from what was drawn of it before, and a little blurred; and not cut where cells do not fit together.
     ///
     /// # Errors
     /// As [`render`](Self::render).

@@ -70,7 +70,7 @@ pub(crate) struct Layer {
 
 impl Layer {
     /// What a scene adds to a frame of `size` pixels; `None` where it adds nothing. A frame smaller
-    /// than the viewport shows its top left part.
+    /// than the viewport shows its top left part. While the view moves there is `far`: the frame is to be quick.
     pub fn new(
         placement: &Placement,
         image: &Image,
@@ -99,7 +99,8 @@ impl Layer {
             uniforms.flags |= ViewUniforms::CLOSE;
             // Places are on the screen, from its middle.
             (uniforms.offset, uniforms.pixel, uniforms.sub_pixel) = ([0.0; 2], 1.0, 1.0);
-        } else if antialias && view.is_cut_at_borders(f64::from(uniforms.samples)) {
+        } else if antialias && far.is_none() && view.is_cut_at_borders(uniforms.samples.into()) {
+            // Not while the view moves: it takes half as long again, for what nobody sees then.
             uniforms.flags |= ViewUniforms::CUT_AT_BORDERS;
             if image.kernel == Kernel::Linear {
                 uniforms.flags |= ViewUniforms::CORNERS;

@@ -260,37 +260,36 @@ impl<'a> Painter<'a> {
         let block_log2 = self.image.block_log2;
         let block_grid = self.image.block_grid();
         let down = Span { cell, pixels };
-        // Blocks of one colour, side by side, that are filled together.
-        let mut pending: Option<(Range<u32>, [u8; 4])> = None;
+        // Blocks of one colour, side by side as one.
+        let mut solid: Vec<(Range<u32>, [u8; 4])> = Vec::new();
         for across in axes[0].spans(axes[0].all(), block_log2) {
             let block = grid::index(block_grid, [across.cell, down.cell]);
-            let color = match &self.image.blocks[block] {
+            match &self.image.blocks[block] {
                 Block::Solid(node) => {
                     let region = self.image.nodes[*node as usize].region;
-                    Some(region.map_or([0; 4], |region| self.colors[region as usize]))
+                    let color = region.map_or([0; 4], |region| self.colors[region as usize]);
+                    match solid.last_mut() {
+                        Some((columns, before))
+                            if *before == color && columns.end == across.pixels.start =>
+                        {
+                            columns.end = across.pixels.end;
+                        }
+                        _ => solid.push((across.pixels, color)),
+                    }
                 }
                 Block::Cells(cells) => {
                     let place = [&across, &down];
                     let places = sample.map(|sample| Places::of(sample.samples));
                     let block = BlockView { view, axes, cells, place, places };
                     self.paint_block(&block, into);
-                    None
                 }
-            };
-            if let (Some((columns, before)), Some(color)) = (&mut pending, color)
-                && *before == color
-                && columns.end == across.pixels.start
-            {
-                columns.end = across.pixels.end;
-                continue;
-            }
-            let next = color.map(|color| (across.pixels, color));
-            if let Some((columns, color)) = std::mem::replace(&mut pending, next) {
-                into.fill(&columns, &down.pixels, color);
             }
         }
-        if let Some((columns, color)) = pending {
-            into.fill(&columns, &down.pixels, color);
+        // Row by row, as they lie in memory.
+        for y in down.pixels {
+            for (columns, color) in &solid {
+                into.row(columns, y).fill(*color);
+            }
         }
     }
 
