@@ -37,25 +37,16 @@ fn premultiplied(word: u32) -> vec4<f32> {
     return vec4(color.rgb * color.a, color.a);
 }
 
-// Regions that are blended in a pixel, at most.
-const MOST_REGIONS = 3u;
-
-// What covers a pixel in the colours of its regions. Shares say where it ends; but of a loop that a compiler finds no bound
-// for some give more than one turn to pixels that had enough (Mesa's llvmpipe, below WebGL2).
+// What covers a pixel in the colours of its regions.
 fn color_of(decoded: Decoded) -> vec4<f32> {
     var sum = vec4(0.0);
     var regions = decoded.regions;
     var shares = decoded.shares;
-    var turns = 0u;
     loop {
         sum += shares.x * premultiplied(style(regions.x).x);
         regions = regions.yzz;
         shares = vec3(shares.yz, 0.0);
         if shares.x + shares.y <= 0.0 {
-            break;
-        }
-        turns++;
-        if turns == MOST_REGIONS {
             break;
         }
     }
@@ -108,21 +99,17 @@ fn fill(region: u32, screen: vec2<f32>) -> vec4<f32> {
     return (1.0 - cover) * sum + cover * vec4(above.rgb, 1.0);
 }
 
-// What covers a pixel, premultiplied: as in `color_of`.
+// What covers a pixel, premultiplied.
 fn fills(decoded: Decoded, screen: vec2<f32>) -> vec4<f32> {
     var sum = vec4(0.0);
+    // What is left: it takes no more than three regions.
     var regions = decoded.regions;
     var shares = decoded.shares;
-    var turns = 0u;
     loop {
         sum += shares.x * fill(regions.x, screen);
         regions = regions.yzz;
         shares = vec3(shares.yz, 0.0);
         if shares.x + shares.y <= 0.0 {
-            break;
-        }
-        turns++;
-        if turns == MOST_REGIONS {
             break;
         }
     }

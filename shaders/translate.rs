@@ -117,7 +117,46 @@ pub fn stage_with(
     for (long, short) in LONG_NAMES {
         text = text.replace(long, short);
     }
-    Ok(text)
+    Ok(with_breaks_last(text))
+}
+
+/// The same with loops that end with a break, and go on before that where they do, in place of those that break where they do
+/// not. It means the same; but Mesa's llvmpipe below WebGL2 gives of the others what a further turn makes of it to
+/// pixels that have had enough, where pixels beside them take one.
+pub fn with_breaks_last(mut text: String) -> String {
+    const LOOP: &str = "while(true) {";
+    let starts: Vec<usize> = text.match_indices(LOOP).map(|(at, _)| at + LOOP.len()).collect();
+    // From the last on, so that what is before stays where it is.
+    for start in starts.into_iter().rev() {
+        let mut depth = 1;
+        let close = text[start..].find(|c| {
+            depth += i32::from(c == '{') - i32::from(c == '}');
+            depth == 0
+        });
+        let Some(body) = close.map(|close| &text[start..start + close]) else { continue };
+        let Some((before, rest)) = body.rsplit_once("break;") else { continue };
+        let (before, rest) =
+            (before.trim_end().strip_suffix('{'), rest.trim_start().strip_prefix('}'));
+        let (Some(before), Some(rest)) = (before, rest) else { continue };
+        if rest.trim_start().starts_with("else") {
+            continue;
+        }
+        let is_within = before.matches('{').count() != before.matches('}').count();
+        let condition = before.trim_end().strip_suffix(')');
+        let Some(condition) = condition.filter(|_| !is_within) else { continue };
+        let mut depth = 1;
+        let open = condition.rfind(|c| {
+            depth += i32::from(c == ')') - i32::from(c == '(');
+            depth == 0
+        });
+        let Some(open) = open.filter(|&open| condition[..open].trim_end().ends_with("if")) else {
+            continue;
+        };
+        let (head, condition) = (&condition[..open], &condition[open + 1..]);
+        let last = format!("{head}(!({condition})) {{{rest}\ncontinue;\n}}\nbreak;\n");
+        text.replace_range(start..start + body.len(), &last);
+    }
+    text
 }
 
 /// What naga calls the uniforms in either stage, what passes between the stages, and the colour.

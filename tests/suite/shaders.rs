@@ -11,7 +11,9 @@ mod shorten;
 mod translate;
 
 use shorten::{minify, shorten, shorten_values};
-use translate::{Draw, MODULES, Shaders, TEXTURES, UNIFORMS, translate, validate};
+use translate::{
+    Draw, MODULES, Shaders, TEXTURES, UNIFORMS, translate, validate, with_breaks_last,
+};
 
 fn wgsl(shaders: &Shaders) -> String {
     joined(shaders.files)
@@ -106,6 +108,40 @@ fn what_changes_nothing_is_left_out_of_glsl() {
     ] {
         assert_eq!(needless::without_needless(with), without);
         assert_eq!(needless::without_needless(without), without);
+    }
+}
+
+#[test]
+fn loops_end_with_a_break() {
+    for (with, without) in [
+        (
+            "while(true) {a; if ((b < c(d))) {break; }\n}e;",
+            "while(true) {a; if (!((b < c(d)))) {continue;}break;}e;",
+        ),
+        (
+            "while(true) {while(true) {if (a) {break;}}if (b) {break;}}",
+            "while(true) {while(true) {if (!(a)) {continue;}break;}if (!(b)) {continue;}break;}",
+        ),
+        ("while(true) {if (a) {break;}b;}e;", "while(true) {if (!(a)) {b;continue;}break;}e;"),
+        // Those that do something else, or end with something else.
+        ("while(true) {if (a) {if (b) {break;}}}", "while(true) {if (a) {if (b) {break;}}}"),
+        ("while(true) {if (a) {b;break;}}", "while(true) {if (a) {b;break;}}"),
+        ("if (a) {while(true) {b;}}", "if (a) {while(true) {b;}}"),
+        ("while(true) {if (a) {b;} else {break;}}", "while(true) {if (a) {b;} else {break;}}"),
+    ] {
+        assert_eq!(with_breaks_last(with.into()).replace('\n', ""), without);
+    }
+    for draw in MODULES[0].draws {
+        let (module, _) = validate(&wgsl(&MODULES[0])).unwrap();
+        for stage in translate(draw, &module).unwrap() {
+            let loops = stage.matches("while(true)").count();
+            assert_eq!(
+                minify(&stage).matches("continue;}break;}").count(),
+                loops,
+                "{}",
+                draw.fragment
+            );
+        }
     }
 }
 
