@@ -65,7 +65,8 @@ impl Axis {
 
     /// Whether any of the pixels, that wide in pixels of the scene, reaches across a border between two of these.
     pub fn reaches_across(&self, width: f64) -> bool {
-        self.fraction.iter().any(|at| at - 0.5 * width < 0.0 || at + 0.5 * width > 1.0)
+        let own = &self.fraction[1..=self.pixels.len()];
+        own.iter().any(|at| at - 0.5 * width < 0.0 || at + 0.5 * width > 1.0)
     }
 
     /// The pixel of the scene that the middle of the pixel before one falls into.
