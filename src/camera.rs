@@ -159,9 +159,13 @@ impl Camera {
         (self.rotation, self.flipped, self.axes) = (other.rotation, other.flipped, other.axes);
     }
 
-    /// The same view in a viewport of that size, of pixels that are `times` as wide.
-    pub fn coarser(&self, viewport: [u32; 2], times: f64) -> Camera {
-        Camera { viewport: viewport.into(), scale: self.scale / times, ..*self }
+    /// The view of a part of the viewport, from a pixel on: of `size` pixels, each `step` wide. Its middle may lie
+    /// beside the picture.
+    pub fn part(&self, from: [u32; 2], size: [u32; 2], step: f64) -> Camera {
+        let [from, viewport] = [from, size].map(UVec2::from);
+        let middle = from.as_dvec2() + viewport.as_dvec2() * (0.5 * step);
+        let center = self.to_source(middle.into());
+        Camera { viewport, center, scale: self.scale / step, ..*self }
     }
 
     /// A rectangle of the picture that holds all that is seen: from, to.
@@ -188,15 +192,14 @@ impl Camera {
 
     /// The same of the part that starts at a pixel.
     pub(crate) fn turned_part(&self, from: [u32; 2], size: [u32; 2]) -> Turned {
-        let size = UVec2::from(size).as_dvec2();
-        let middle = UVec2::from(from).as_dvec2() + size * 0.5;
+        let part = self.part(from, size, 1.0);
+        let middle = UVec2::from(from).as_dvec2() + part.middle();
         let upright = Camera {
-            viewport: (self.axes.abs() * size).ceil().as_uvec2(),
-            center: self.to_source(middle.into()),
+            viewport: (self.axes.abs() * part.viewport.as_dvec2()).ceil().as_uvec2(),
             rotation: 0.0,
             flipped: false,
             axes: DMat2::IDENTITY,
-            ..*self
+            ..part
         };
         Turned { upright, axes: self.axes, middle }
     }
@@ -323,6 +326,27 @@ mod tests {
         camera.look_at(Point::new([f64::NAN, 1e300]), f64::NAN);
         assert!(camera.center().to_f64().iter().all(|c| c.is_finite()));
         assert!(camera.scale() > 0.0);
+    }
+
+    #[test]
+    fn a_part_shows_what_the_whole_does_there() {
+        let mut camera = Camera::new([100, 80], [400, 301]);
+        camera.look_at(Point::new([2.25, 40.0]), 3.0);
+        for (degrees, flipped) in [(0.0, false), (30.0, true)] {
+            camera.turn(degrees, flipped, [200.0, 150.5]);
+            // The second lies beside the picture.
+            for (from, size, step) in
+                [([130, 7], [51, 60], 1.0), ([0, 0], [31, 301], 1.0), ([0, 0], [200, 151], 2.0)]
+            {
+                let part = camera.part(from, size, step);
+                assert_eq!((part.viewport(), part.scale()), (size, 3.0 / step));
+                let there = part.to_source([3.5, 20.5]).to_f64();
+                let at = [0, 1].map(|axis| f64::from(from[axis]) + step * [3.5, 20.5][axis]);
+                let whole = camera.to_source(at).to_f64();
+                let off = [0, 1].map(|axis| (there[axis] - whole[axis]).abs());
+                assert!(off.iter().all(|&off| off < 1e-12), "{there:?} {whole:?}");
+            }
+        }
     }
 
     #[test]

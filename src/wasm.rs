@@ -173,19 +173,23 @@ impl Renderer {
         self.frame.borrow_mut().push((scene.0.clone(), tile.placement));
     }
 
-    /// Draws what was placed since the last frame as the camera shows it, in so many pixels, each of which stands for `step` of the
-    /// camera's along each axis, and makes the canvas as large. A quick frame may be a little blurred from far away, and a little off where cells do not fit together. Throws an `Error`
-    /// whose name is `gpu` where the device was lost.
+    /// Draws what was placed since the last frame as a part of the camera's viewport shows it, from a device pixel on: in so many
+    /// pixels, each of which stands for `step` of the camera's along each axis. Makes the canvas as large. A quick frame may be a
+    /// little blurred from far away, and a little off where cells do not fit together. Throws an `Error` whose name is `gpu`
+    /// where the device was lost.
+    #[allow(clippy::too_many_arguments, reason = "in JavaScript a rectangle is four numbers")]
     pub fn draw(
         &self,
         camera: &Camera,
         quick: bool,
         step: f64,
+        x: u32,
+        y: u32,
         width: u32,
         height: u32,
     ) -> Result<(), JsValue> {
         let frame = self.frame.take();
-        let camera = camera.0.coarser([width, height], step);
+        let camera = camera.0.part([x, y], [width, height], step);
         self.renderer.draw(&frame, &camera, quick).map_err(thrown)
     }
 }

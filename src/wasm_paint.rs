@@ -54,29 +54,34 @@ impl PaintedTile {
     }
 }
 
-/// The pixels of a view, to be painted tile by tile.
+/// The pixels of a part of a view, to be painted tile by tile.
 #[wasm_bindgen]
 pub struct Frame {
     viewport: [u32; 2],
-    first: u32,
     center: Point<2>,
     scale: f64,
     turn: (f64, bool),
+    from: [u32; 2],
+    size: [u32; 2],
+    step: f64,
     pixels: Vec<[u8; 4]>,
 }
 
 #[wasm_bindgen]
 impl Frame {
-    /// Of so many pixels, transparent, with a place of the picture in the middle: x and y in whole source
-    /// pixels, and the fraction of each. Only some rows are painted, from the first on. Turned by degrees, and mirrored
+    /// Of so many pixels, transparent, each `step` device pixels wide, from a device pixel of the viewport on. That has a place of the
+    /// picture in its middle: x and y in whole source pixels, and the fraction of each. Turned by degrees, and mirrored
     /// where `flipped` is not 0. Throws an `Error` whose name is `limit`.
     #[wasm_bindgen(constructor)]
     #[allow(clippy::too_many_arguments, reason = "a place of all its digits takes four")]
     pub fn new(
+        left: u32,
+        top: u32,
         width: u32,
         height: u32,
-        first: u32,
-        rows: u32,
+        step: f64,
+        #[wasm_bindgen(js_name = viewportWidth)] viewport_width: u32,
+        #[wasm_bindgen(js_name = viewportHeight)] viewport_height: u32,
         scale: f64,
         x: f64,
         y: f64,
@@ -85,12 +90,18 @@ impl Frame {
         rotation: f64,
         flipped: f64,
     ) -> std::result::Result<Frame, JsValue> {
-        let viewport = [width, height];
-        Limits::default().check_size(viewport).map_err(thrown)?;
-        let center = Point::new([x, y]).offset([more_x, more_y]);
-        let turn = (rotation, flipped != 0.0);
-        let pixels = vec![[0; 4]; grid::count([width, rows.min(height)])];
-        Ok(Frame { viewport, first, center, scale, turn, pixels })
+        let size = [width, height];
+        Limits::default().check_size(size).map_err(thrown)?;
+        Ok(Frame {
+            viewport: [viewport_width, viewport_height],
+            center: Point::new([x, y]).offset([more_x, more_y]),
+            scale,
+            turn: (rotation, flipped != 0.0),
+            from: [left, top],
+            size,
+            step,
+            pixels: vec![[0; 4]; grid::count(size)],
+        })
     }
 
     /// Paints a tile over what is there.
@@ -99,7 +110,8 @@ impl Frame {
         camera.look_at(self.center, self.scale);
         let (rotation, flipped) = self.turn;
         camera.turn(rotation, flipped, self.viewport.map(|n| 0.5 * f64::from(n)));
-        tile.painter.draw_scene(&tile.placement, &camera, self.first, true, &mut self.pixels);
+        let camera = camera.part(self.from, self.size, self.step);
+        tile.painter.draw_scene(&tile.placement, &camera, 0, true, &mut self.pixels);
     }
 
     /// Straight R, G, B, A bytes, row by row, as in `ImageData`.

@@ -1,6 +1,6 @@
 // What `npm run bench -- frames` measures: a moving view in Chromium with the software GPU, with what the viewer has beside the
-// picture and without. Each is measured in turn, over and over, in one page, by the processor's time of all that the browser is, its GPU
-// included: other work on the machine is none of it.
+// picture and without, and one that is only dragged, of which most is kept. Each is measured in turn, over and over, in one page, by the
+// processor's time of all that the browser is, its GPU included: other work on the machine is none of it.
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -17,9 +17,13 @@ const ROUNDS = 6;
 /** Frames of a drag and of a zoom in each round. */
 const FRAMES = 12;
 
-/** Attributes of the figure; `pointer`: it rests on the picture, and comes to other regions as the view moves; `legend`: there is one. */
+/**
+ * Attributes of the figure; `pointer`: it rests on the picture, and comes to other regions as the view moves; `legend`: there is one;
+ * `dragged`: by whole pixels and not zoomed into.
+ */
 const FURNITURE = {
   nothing: {},
+  dragged: { dragged: true },
   controls: { controls: '' },
   scalebar: { scalebar: '', unit: 'km', 'unit-per-pixel': '7.5' },
   navigator: { navigator: '' },
@@ -27,7 +31,7 @@ const FURNITURE = {
   hover: { interactive: '', pointer: true },
   legend: { pointer: true, legend: true },
 };
-FURNITURE.all = Object.assign({}, ...Object.values(FURNITURE));
+FURNITURE.all = Object.assign({}, ...Object.values(FURNITURE), { dragged: false });
 
 export async function measureFrames() {
   const folder = mkdtempSync(join(tmpdir(), 'istar-'));
@@ -78,7 +82,7 @@ async function table(browser, url, file, backend) {
     for (const name of round % 2 ? names.toReversed() : names) {
       await furnish(page, FURNITURE[name]);
       const before = await processorTime(cdp);
-      await page.evaluate(move, FRAMES);
+      await page.evaluate(move, [FRAMES, FURNITURE[name].dragged === true]);
       times[name].push((await processorTime(cdp)) - before);
     }
   }
@@ -95,7 +99,7 @@ async function table(browser, url, file, backend) {
   }
 }
 
-async function furnish(page, { pointer, legend, ...attributes }) {
+async function furnish(page, { pointer, legend, dragged, ...attributes }) {
   await page.mouse.move(pointer ? 240 : 5, pointer ? 180 : 5);
   await page.evaluate(
     async ([attributes, wantsLegend, all]) => {
@@ -126,12 +130,13 @@ async function furnish(page, { pointer, legend, ...attributes }) {
   );
 }
 
-/** In the page: a drag over the map and a zoom into it. */
-async function move(frames) {
+/** In the page: the view goes over the map, by parts of pixels, so that all of it is drawn, and into it; or it is dragged. */
+async function move([frames, dragged]) {
   const viewer = document.querySelector('istar-viewer');
   const context = viewer.shadowRoot.querySelector('.stage canvas').getContext('2d');
   for (let i = 0; i < 2 * frames; i++) {
-    if (i < frames) viewer.zoomTo(2950 + 4 * i, 684 + i, 4);
+    if (dragged) viewer.zoomTo(2950 + 2 * i, 684 + 0.5 * i, 4);
+    else if (i < frames) viewer.zoomTo(2950 + 4.1 * i, 684 + i, 4);
     else viewer.zoomTo(3018, 684, 4 * 1.1 ** (i - frames));
     await new Promise(requestAnimationFrame);
     // Until it is there: a GPU in software would still be at it long after the last was asked for.

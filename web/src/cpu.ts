@@ -5,14 +5,17 @@ import type { RawTile } from './archive.js';
 import type { Renderer, Scene } from './engine.js';
 import type { ErrorKind } from './errors.js';
 import { painterWorker } from './fetched.js';
-import type { Centre } from './place.js';
+import type { Size } from './screen.js';
 
-/** What the worker is given: a tile, styles of one, the number of one that is no longer needed, or a view to paint. */
+/** What the worker is given: a tile, styles of one, the number of one that is no longer needed, or a part of a view to paint. */
 export type PaintJob =
   | (RawTile & { tile: number })
   | { tile: number; first: number; words: Uint32Array }
   | { free: number }
-  | { frame: number; tiles: number[]; width: number; height: number; scale: number; centre: Centre };
+  | { frame: number; tiles: number[]; args: FrameArgs };
+
+/** What a frame of the painter is made with. */
+type FrameArgs = ConstructorParameters<typeof Frame>;
 
 /** What it says: that it is there, and the module that it has compiled, a painted view, or what went wrong. */
 export type PaintAnswer =
@@ -93,21 +96,34 @@ class CpuRenderer implements Renderer {
     camera: Camera,
     _quick: boolean,
     step: number,
+    x: number,
+    y: number,
     width: number,
     height: number,
+    viewport: Size,
     // biome-ignore lint/suspicious/noConfusingVoidType: as its interface has it.
   ): Promise<ImageBitmap> | void {
     const frame = ++this.#last;
-    const scale = camera.scale / step;
+    const rows = (first: number, high: number): FrameArgs => [
+      x,
+      y + first * step,
+      width,
+      high,
+      step,
+      viewport.width,
+      viewport.height,
+      camera.scale,
+      ...camera.place(),
+    ];
     const scenes = this.#frame.splice(0);
     // Told by the event that is being dealt with: a listener of its own would hear of it after the figures.
     if (window.event?.type === 'beforeprint' && this.#module && !this.#fault)
-      return this.#paintNow(this.#module, scenes, camera, scale, width, height);
+      return this.#paintNow(this.#module, scenes, rows, width, height);
     const tiles = scenes.map(({ tile }) => tile);
     return new Promise((resolve, reject) => {
       if (this.#fault) return reject(this.#fault);
       this.#waiting.set(frame, { resolve, reject });
-      this.#post({ frame, tiles, width, height, scale, centre: camera.place() });
+      this.#post({ frame, tiles, args: rows(0, height) });
     });
   }
 
@@ -115,8 +131,7 @@ class CpuRenderer implements Renderer {
   #paintNow(
     module: WebAssembly.Module,
     scenes: PaintedScene[],
-    camera: Camera,
-    scale: number,
+    rows: (first: number, high: number) => FrameArgs,
     width: number,
     height: number,
   ): void {
@@ -136,10 +151,10 @@ class CpuRenderer implements Renderer {
         tiles.push(tile);
         if (words) tile.setStyles(0, words);
       }
-      const rows = Math.max(1, Math.floor(AT_ONCE / width));
-      for (let first = 0; first < height; first += rows) {
-        const high = Math.min(rows, height - first);
-        const frame = new Frame(width, height, first, high, scale, ...camera.place());
+      const most = Math.max(1, Math.floor(AT_ONCE / width));
+      for (let first = 0; first < height; first += most) {
+        const high = Math.min(most, height - first);
+        const frame = new Frame(...rows(first, high));
         for (const tile of tiles) frame.paint(tile);
         context.putImageData(new ImageData(new Uint8ClampedArray(frame.pixels()), width, high), 0, first);
       }

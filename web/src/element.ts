@@ -559,7 +559,7 @@ export class IStarViewer extends Base {
   #listen(): void {
     const view = this.#view;
     const actions = {
-      pan: (dx: number, dy: number) => view.pan(dx, dy),
+      pan: (dx: number, dy: number) => view.drag(dx, dy),
       zoom: (factor: number, x: number, y: number) => view.zoom(factor, x, y),
       turn: (degrees: number, about: Finger) => view.turnBy(degrees, about),
       turned: () => {
@@ -576,7 +576,7 @@ export class IStarViewer extends Base {
     listenForGestures(this.#stage, actions);
     listenForWheel(this.#stage, actions);
     listenForKeys(this.#stage, {
-      pan: (dx, dy) => this.#still(() => view.pan(dx, dy)),
+      pan: (dx, dy) => this.#still(() => view.drag(dx, dy)),
       zoomBy: (factor) => this.#still(() => view.zoomAboutMiddle(factor)),
       fit: () => this.fit(),
       turn: (degrees) => this.#still(() => view.turnBy(degrees)),

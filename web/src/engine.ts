@@ -4,6 +4,7 @@ import type { Backend, BackendChoice } from './backend.js';
 import { ViewerError, viewerError } from './errors.js';
 import { viewerModule } from './fetched.js';
 import { fetchShaders, takeGpu } from './gpu.js';
+import type { Size } from './screen.js';
 import type { Source } from './source.js';
 
 /** A tile where it is drawn. */
@@ -23,15 +24,18 @@ export interface Renderer {
   setStyles(scene: Scene, first: number, words: Uint32Array): void;
   place(scene: Scene, tile: Tile): void;
   /**
-   * Draws what was placed since the last frame in so many pixels, each of which stands for `step` of the camera's along each axis. A quick
-   * frame may be a little blurred.
+   * Draws what was placed since the last frame in a part of the camera's viewport: in so many pixels, each of which stands for `step` of
+   * the viewport's along each axis. A quick frame may be a little blurred.
    */
   draw(
     camera: Camera,
     quick: boolean,
     step: number,
+    x: number,
+    y: number,
     width: number,
     height: number,
+    viewport: Size,
     // biome-ignore lint/suspicious/noConfusingVoidType: what wasm returns.
   ): Promise<ImageBitmap> | void;
 }

@@ -31,8 +31,8 @@ async function work(job: PaintJob): Promise<void> {
   } else if ('words' in job) {
     tiles.get(job.tile)?.setStyles(job.first, job.words);
   } else {
-    const { width, height } = job;
-    const frame = new Frame(width, height, 0, height, job.scale, ...job.centre);
+    const [, , width, height] = job.args;
+    const frame = new Frame(...job.args);
     for (const id of job.tiles) {
       const tile = tiles.get(id);
       if (tile) frame.paint(tile);

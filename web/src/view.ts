@@ -4,14 +4,9 @@ import type { Renderer } from './engine.js';
 import { ViewerError, viewerError } from './errors.js';
 import { Pace } from './pace.js';
 import { type Place, placeText, readPlace } from './place.js';
+import { coarser, type Plan, Screen, type Size } from './screen.js';
 import { Styles } from './styles.js';
 import { type Loaded, Tiles } from './tiles.js';
-
-/** In device pixels. */
-interface Size {
-  width: number;
-  height: number;
-}
 
 interface Shown {
   tiles: Tiles;
@@ -25,13 +20,6 @@ interface Shown {
   complete: boolean;
 }
 
-/** A frame of `width` × `height` device pixels, drawn in fewer where each stands for `step` of them along each axis. */
-interface DrawnFrame extends Size {
-  shown: Shown;
-  size: Size;
-  step: number;
-}
-
 export interface ViewHooks {
   /** After every drawn frame; `first` after the first one of a picture. */
   drawn(first: boolean): void;
@@ -43,9 +31,7 @@ export interface ViewHooks {
  * after a change.
  */
 export class View {
-  readonly canvas = document.createElement('canvas');
   readonly styles: Styles;
-  readonly #context = this.canvas.getContext('2d');
   readonly #hooks: ViewHooks;
   readonly #observer: ResizeObserver;
   #size: Size = { width: 0, height: 0 };
@@ -59,11 +45,19 @@ export class View {
   #first = true;
   #frame = 0;
   readonly #redraw = () => this.redraw();
+  readonly #redrawAll = () => {
+    this.#screen.forget();
+    this.redraw();
+  };
   readonly #pace = new Pace(this.#redraw);
+  readonly #screen = new Screen(this.#redraw);
+  readonly canvas = this.#screen.canvas;
   /** What a worker paints now, and whether another frame is due after it. */
   #painting: 'nothing' | 'frame' | 'stale' = 'nothing';
   #inSight = true;
   readonly #sight: IntersectionObserver;
+  /** What drags still have to move it. */
+  #due = [0, 0] as [number, number];
   #waiting: { resolve: () => void; reject: (cause: unknown) => void }[] = [];
 
   constructor(hooks: ViewHooks, styles = new Styles(), fineness?: number) {
@@ -160,7 +154,7 @@ export class View {
 
   /** A renderer that lost its device tells so by its canvas; what is drawn next finds it out. */
   #listen(how: 'add' | 'remove', renderer: Renderer): void {
-    renderer.canvas?.[`${how}EventListener`]('webglcontextlost', this.#redraw);
+    renderer.canvas?.[`${how}EventListener`]('webglcontextlost', this.#redrawAll);
   }
 
   clear(): void {
@@ -172,7 +166,7 @@ export class View {
     for (const twin of this.#twins) twin.clear();
     shown?.end();
     shown?.camera.free();
-    this.#context?.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    this.#screen.clear();
   }
 
   /** A region's colour as 0xRRGGBBAA, where it is in view. */
@@ -248,6 +242,15 @@ export class View {
   pan(dx: number, dy: number): void {
     const ratio = this.#ratio;
     this.#move((camera) => camera.pan(dx * ratio, dy * ratio));
+  }
+
+  /** The same by whole device pixels, never more than half of one beside: what is drawn is moved then. */
+  drag(dx: number, dy: number): void {
+    const ratio = this.#ratio;
+    const [x, y] = [this.#due[0] + dx * ratio, this.#due[1] + dy * ratio];
+    const [right, down] = [Math.round(x), Math.round(y)];
+    this.#due = [x - right, y - down];
+    this.#move((camera) => camera.pan(right, down));
   }
 
   /** Whether the view changed. */
@@ -391,63 +394,79 @@ export class View {
       this.#painting = 'stale';
       return;
     }
-    const { renderer, camera } = shown;
-    let frame: DrawnFrame;
-    let later: Promise<ImageBitmap> | undefined;
+    let plan: Plan | undefined;
+    let later: Promise<ImageBitmap>[] = [];
     try {
-      const { tiles, complete } = shown.tiles.frame(camera, this);
-      // It may have failed, and all that is shown with it.
-      if (this.#shown !== shown) return;
-      shown.drawn = tiles;
-      if (tiles.length === 0) return;
-      const step = this.#fineness ? 1 : this.#pace.next();
-      const size = { width: Math.ceil(width / step), height: Math.ceil(height / step) };
-      for (const loaded of tiles) {
-        const { tile, scene } = loaded;
-        if (!scene) continue;
-        this.styles.apply(loaded, scene, renderer, this.#ratio / step, shown.tiles);
-        renderer.place(scene, tile);
-      }
-      const isQuick = !this.#fineness && this.#pace.isQuick;
-      later = renderer.draw(camera, isQuick, step, size.width, size.height) ?? undefined;
-      frame = { shown, size, step, width, height };
-      const { unready } = this.styles;
-      unready?.then(this.#redraw);
-      // A quick frame is followed by a sharp one, and so is one of fewer pixels.
-      shown.complete = complete && step === 1 && !isQuick && !unready;
+      plan = this.#plan(shown);
+      if (!plan) return;
+      later = this.#drawParts(shown, plan);
     } catch (cause) {
       this.#fail(shown, cause);
       return;
     }
-    if (later) this.#paintLater(frame, later);
-    else if (renderer.canvas) this.#paint(frame, renderer.canvas);
+    if (later.length > 0) this.#paintLater(shown, plan, later);
+    else this.#painted(shown);
   }
 
-  async #paintLater(frame: DrawnFrame, later: Promise<ImageBitmap>): Promise<void> {
+  /** What the next frame is made of; nothing where there is nothing to show. */
+  #plan(shown: Shown): Plan | undefined {
+    const { renderer, camera } = shown;
+    const { tiles, complete } = shown.tiles.frame(camera, this);
+    // It may have failed, and all that is shown with it.
+    if (this.#shown !== shown) return undefined;
+    shown.drawn = tiles;
+    if (tiles.length === 0) return undefined;
+    const step = this.#fineness ? 1 : this.#pace.next();
+    const isQuick = !this.#fineness && this.#pace.isQuick;
+    const ratio = this.#ratio;
+    const of = [renderer, this.styles.version, ratio];
+    const plan = this.#screen.plan(this.#size, camera, of, complete, step, isQuick);
+    for (const loaded of tiles)
+      if (loaded.scene) this.styles.apply(loaded, loaded.scene, renderer, ratio / plan.step, shown.tiles);
+    const { unready } = this.styles;
+    unready?.then(this.#redraw);
+    // A quick frame is followed by a sharp one, and so is one of fewer pixels.
+    shown.complete = complete && plan.step === 1 && !plan.quick && !unready;
+    return plan;
+  }
+
+  /** Draws what a plan lacks; what a worker draws of it comes later. */
+  #drawParts({ renderer, camera, drawn }: Shown, plan: Plan): Promise<ImageBitmap>[] {
+    const later: Promise<ImageBitmap>[] = [];
+    const { quick, step } = plan;
+    for (const part of plan.parts) {
+      for (const { tile, scene } of drawn) if (scene) renderer.place(scene, tile);
+      const { width, height } = coarser(part, step);
+      const image = renderer.draw(camera, quick, step, part.x, part.y, width, height, plan);
+      if (image) later.push(image);
+      else if (renderer.canvas) {
+        if (part === plan.parts[0]) this.#screen.begin(plan);
+        // In the same task as the drawing: the renderer's canvas belongs to the next part or figure after it.
+        this.#screen.copy(plan, part, renderer.canvas);
+      }
+    }
+    return later;
+  }
+
+  async #paintLater(shown: Shown, plan: Plan, later: Promise<ImageBitmap>[]): Promise<void> {
     this.#painting = 'frame';
-    const image = await later.catch((cause) => cause);
+    const images = await Promise.all(later).catch((cause) => cause);
     const isStale = this.#painting !== 'frame';
     this.#painting = 'nothing';
-    const isBitmap = image instanceof ImageBitmap;
-    if (this.#shown === frame.shown) {
-      if (isBitmap) this.#paint(frame, image);
-      else this.#fail(frame.shown, image);
+    const isDrawn = Array.isArray(images);
+    if (this.#shown === shown) {
+      if (isDrawn) {
+        this.#screen.begin(plan);
+        for (const [i, part] of plan.parts.entries()) this.#screen.copy(plan, part, images[i]);
+        this.#painted(shown);
+      } else this.#fail(shown, images);
     }
-    // Else its memory waits for the garbage collector.
-    if (isBitmap) image.close();
+    // Else their memory waits for the garbage collector.
+    if (isDrawn) for (const image of images) image.close();
     if (isStale) this.redraw();
   }
 
-  #paint({ shown, size, step, width, height }: DrawnFrame, image: CanvasImageSource): void {
-    const context = this.#context;
-    if (!context) return;
-    if (this.canvas.width !== width || this.canvas.height !== height)
-      Object.assign(this.canvas, { width, height });
-    context.clearRect(0, 0, width, height);
-    // In the same task as the drawing: the renderer's canvas belongs to the next figure after it.
-    const [w, h] = [size.width * step, size.height * step];
-    const [x, y] = [(width - w) / 2, (height - h) / 2];
-    context.drawImage(image, 0, 0, size.width, size.height, x, y, w, h);
+  #painted(shown: Shown): void {
     this.#pace.drawn();
     const first = this.#first;
     this.#first = false;
@@ -457,6 +476,7 @@ export class View {
 
   #fail(shown: Shown, cause: unknown): void {
     shown.complete = false;
+    this.#screen.forget();
     this.#hooks.failed(viewerError(cause, 'gpu'));
   }
 }

@@ -1,0 +1,204 @@
+// A view that moves by whole pixels: what stays in sight is kept, what comes into sight is drawn, and both look as if all were drawn.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { at, checkedCli as cli } from '../../web/tasks/project.mjs';
+import * as harness from './harness.mjs';
+import { encodedQuilt } from './pictures.mjs';
+
+const SIZE = { width: 480, height: 360 };
+const ALL = SIZE.width * SIZE.height;
+/** A worker paints within two levels of the reference, as a GPU draws. */
+const ALIKE = { channel: 3, share: 0.004 };
+
+const run = harness.session();
+const folder = harness.temporaryFolder();
+const quilt = encodedQuilt(folder, 'quilt', [600, 300], '--texel-size', '8');
+const tiles = join(folder, 'tiles.istar');
+execFileSync(cli, ['encode', at('tests', 'fixtures', 'crop.png'), '-o', tiles, '--tile-size', '64'], {
+  stdio: 'ignore',
+});
+const files = harness.serveFiles((request, response) =>
+  response.end(readFileSync(join(folder, request.url.slice(1)))),
+);
+
+/** The full-window page with a picture at a place. What is put on the figure's canvas is noted: its pixels, and moves of what is there. */
+async function open({ name = 'quilt', backend = 'webgl2', place = '300,150,2', ...options } = {}) {
+  const tab = await harness.newPage(run.browser, { viewport: SIZE, reducedMotion: 'reduce', ...options });
+  await tab.page.addInitScript(() => {
+    window.drawn = [];
+    const { drawImage } = CanvasRenderingContext2D.prototype;
+    CanvasRenderingContext2D.prototype.drawImage = function (image, ...at) {
+      if (this.canvas.getRootNode() instanceof ShadowRoot)
+        window.drawn.push(image === this.canvas ? { by: at } : { pixels: at[2] * at[3] });
+      return drawImage.call(this, image, ...at);
+    };
+  });
+  const src = `${files.base}${name}.istar`;
+  await harness.openViewer(tab.page, run.server.url, { src, backend, place });
+  await tab.page.evaluate(() => document.querySelector('istar-viewer').painted);
+  return tab;
+}
+
+/** Drags through places, and gives back what was put on the canvas meanwhile. */
+async function drag(page, [first, ...rest]) {
+  await page.evaluate(() => {
+    window.drawn = [];
+  });
+  await page.mouse.move(...first);
+  await page.mouse.down();
+  for (const to of rest) {
+    await page.mouse.move(...to);
+    await page.evaluate(() => document.querySelector('istar-viewer').painted);
+  }
+  await page.mouse.up();
+  return page.evaluate(async () => {
+    await document.querySelector('istar-viewer').painted;
+    return window.drawn;
+  });
+}
+
+const pixels = (drawn) => drawn.reduce((sum, { pixels = 0 }) => sum + pixels, 0);
+
+async function looksRight(page, label, file, { styles, size = SIZE } = {}) {
+  const place = await harness.place(page);
+  const expected = harness.oracle(
+    file,
+    { ...place, scale: place.scale * (size.width / SIZE.width) },
+    size,
+    styles,
+  );
+  harness.assertAlike(label, await harness.shot(page), expected, ALIKE);
+}
+
+/** To all sides, along one axis and along both. */
+const ABOUT = [
+  [240, 180],
+  [233, 183],
+  [240, 160],
+  [240, 190],
+  [260, 190],
+  [221, 177],
+  [225, 177],
+];
+
+for (const backend of [...harness.BACKENDS, 'cpu']) {
+  for (const place of [
+    '300,150,2',
+    '310.3,148.8,0.45',
+    '300,150,1500',
+    '290,160,2,30',
+    '290,160,3,270,flipped',
+  ])
+    test(`a drag with ${backend} draws what comes into sight: ${place}`, async () => {
+      const { page, uncaught, close } = await open({ backend, place });
+      if (place.endsWith('1500'))
+        for (const scale of [2, 60, 1500]) {
+          const { x, y } = await harness.boundaryInSight(page).catch(() => harness.place(page));
+          await harness.zoomTo(page, x, y, scale);
+        }
+      const drawn = await drag(page, ABOUT);
+      assert.equal(drawn.filter(({ by }) => by).length, ABOUT.length - 1);
+      assert.ok(pixels(drawn) < (ABOUT.length - 1) * 0.15 * ALL, `${pixels(drawn)} pixels`);
+      await looksRight(page, `kept-${backend}-${place}`, quilt);
+      assert.deepEqual(uncaught, []);
+      await close();
+    });
+}
+
+test('a drag on a screen with parts of pixels goes by whole ones, and stays with the pointer', async () => {
+  const { page, close } = await open({ deviceScaleFactor: 1.3 });
+  const before = await harness.place(page);
+  const drawn = await drag(page, ABOUT);
+  assert.equal(drawn.filter(({ by }) => by).length, ABOUT.length - 1);
+  for (const { by } of drawn) assert.ok(!by || by.every(Number.isInteger), `moved by ${by}`);
+  await looksRight(page, 'kept-parts', quilt, { size: { width: 624, height: 468 } });
+  const { x, y } = await harness.place(page);
+  const off = Math.hypot((before.x - x) * 2 - (225 - 240), (before.y - y) * 2 - (177 - 180));
+  assert.ok(off < 1, `${off} pixels off`);
+  await close();
+});
+
+test('what a view is moved by beside whole pixels does not add up', async () => {
+  const { page, close } = await open();
+  const drawn = await page.evaluate(async () => {
+    const viewer = document.querySelector('istar-viewer');
+    window.drawn = [];
+    // A hundredth of a pixel more each time than three.
+    for (let i = 1; i <= 100; i++) {
+      viewer.zoomTo(300 + (3.01 / 2) * (i % 20), 150, 2);
+      await viewer.painted;
+    }
+    return window.drawn;
+  });
+  assert.ok(pixels(drawn) > 20 * ALL, `${pixels(drawn)} pixels`);
+  await looksRight(page, 'kept-beside', quilt);
+  await close();
+});
+
+test('what is not the same any more is drawn anew', async () => {
+  const { page, uncaught, close } = await open();
+  const styles = { all: { outline: { color: '#000', width: 3 } } };
+  const change = (what, value) =>
+    page.evaluate(
+      async ([what, value]) => {
+        const viewer = document.querySelector('istar-viewer');
+        window.drawn = [];
+        // In the same frame as a move.
+        viewer[what] = value;
+        const [x, y, scale] = viewer.place.split(',').map(Number);
+        viewer.zoomTo(x + 4, y, scale);
+        await viewer.painted;
+        return window.drawn;
+      },
+      [what, value],
+    );
+  // Frames that come late are drawn once more, sharply.
+  const isAll = (drawn) => drawn.length > 0 && drawn.every(({ pixels }) => pixels === ALL);
+  assert.ok(isAll(await change('styles', styles)));
+  await looksRight(page, 'kept-styles', quilt, { styles });
+  assert.equal(pixels(await change('title', 'nothing')), 8 * SIZE.height);
+  await looksRight(page, 'kept-title', quilt, { styles });
+  // So is all of it where little would be kept.
+  await harness.zoomTo(page, 150, 150, 2);
+  await page.evaluate(() => {
+    window.drawn = [];
+  });
+  await harness.zoomTo(page, 150 + 100, 150, 2);
+  assert.ok(isAll(await page.evaluate(() => window.drawn)));
+  assert.deepEqual(uncaught, []);
+  await close();
+});
+
+test('tiles that come are seen, also where coarser ones were kept', async () => {
+  for (const backend of harness.BACKENDS) {
+    const { page, uncaught, close } = await open({ name: 'tiles', backend, place: '60,60,6' });
+    const drawn = await drag(page, [
+      [400, 300],
+      [380, 290],
+      [340, 280],
+      [300, 240],
+      [240, 200],
+      [180, 180],
+    ]);
+    assert.ok(drawn.some(({ by }) => by));
+    // Tiles are sampled each for itself, which shows at their borders from far away.
+    const place = await harness.place(page);
+    const expected = harness.oracle(tiles, place, SIZE);
+    harness.assertAlike(`kept-tiles-${backend}`, await harness.shot(page), expected, { share: 0.005 });
+    assert.deepEqual(uncaught, []);
+    await close();
+  }
+});
+
+test('a figure that only draws again what is there asks no GPU', async () => {
+  const { page, close } = await open();
+  await page.evaluate(() => {
+    window.drawn = [];
+  });
+  await harness.zoomTo(page, 300, 150, 2);
+  assert.deepEqual(await page.evaluate(() => window.drawn), []);
+  await close();
+});
