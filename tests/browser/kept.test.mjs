@@ -173,6 +173,15 @@ test('what is not the same any more is drawn anew', async () => {
   await looksRight(page, 'kept-styles', quilt, { styles });
   assert.equal(pixels(await change('title', 'nothing')), 8 * SIZE.height);
   await looksRight(page, 'kept-title', quilt, { styles });
+  // A browser may have taken what was on the canvas.
+  const restored = await page.evaluate(async () => {
+    const viewer = document.querySelector('istar-viewer');
+    window.drawn = [];
+    viewer.shadowRoot.querySelector('.stage canvas').dispatchEvent(new Event('contextrestored'));
+    await viewer.painted;
+    return window.drawn;
+  });
+  assert.ok(isAll(restored));
   // So is all of it where little would be kept.
   await harness.zoomTo(page, 150, 150, 2);
   await page.evaluate(() => {

@@ -46,13 +46,6 @@ export class Screen {
   readonly #context = this.canvas.getContext('2d');
   #kept: Kept | undefined;
 
-  constructor(lost: () => void) {
-    this.canvas.addEventListener('contextrestored', () => {
-      this.#kept = undefined;
-      lost();
-    });
-  }
-
   /** What to draw for a frame that hangs on `of` and the camera. The next may be made of this one, where all that it shows `stays`. */
   plan(
     { width, height }: Size,
@@ -110,7 +103,7 @@ export class Screen {
   }
 
   clear(): void {
-    this.#kept = undefined;
+    this.forget();
     this.#context?.clearRect(0, 0, this.canvas.width, this.canvas.height);
   }
 }

@@ -50,7 +50,7 @@ export class View {
     this.redraw();
   };
   readonly #pace = new Pace(this.#redraw);
-  readonly #screen = new Screen(this.#redraw);
+  readonly #screen = new Screen();
   readonly canvas = this.#screen.canvas;
   /** What a worker paints now, and whether another frame is due after it. */
   #painting: 'nothing' | 'frame' | 'stale' = 'nothing';
@@ -64,6 +64,8 @@ export class View {
     this.#hooks = hooks;
     this.styles = styles;
     this.#fineness = fineness;
+    // A canvas, too, may lose what is on it.
+    this.canvas.addEventListener('contextrestored', this.#redrawAll);
     this.#observer = new ResizeObserver((entries) => {
       const entry = entries.at(-1);
       if (entry) this.#resized(deviceSize(entry));
