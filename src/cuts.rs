@@ -245,20 +245,12 @@ impl Biquadratic {
     /// The same polynomial of (d / `unit`), times `unit`, where d is the way from `from`: what stays of
     /// it from so close by that f32 counts in units of the screen.
     pub fn about(&self, from: [f64; 2], unit: f64) -> Self {
-        // Of 1, x and x²: their Taylor coefficients at `from`.
-        let taylor = from.map(|x| [[1.0, 0.0, 0.0], [x, 1.0, 0.0], [x * x, 2.0 * x, 1.0]]);
-        let mut about = [[0.0; 3]; 3];
-        for (k, column) in self.0.iter().enumerate() {
-            for (l, factor) in column.iter().enumerate() {
-                for a in 0..=k {
-                    for b in 0..=l {
-                        about[a][b] += factor * taylor[0][k][a] * taylor[1][l][b];
-                    }
-                }
-            }
-        }
+        // Its Taylor coefficients at `from`, along one axis and then along the other.
+        let shifted = |[a, b, c]: [f64; 3], x: f64| [a + x * (b + x * c), b + 2.0 * x * c, c];
+        let columns = self.0.map(|column| shifted(column, from[1]));
+        let rows = [0, 1, 2].map(|b| shifted(columns.map(|column| column[b]), from[0]));
         let power = [unit, 1.0, 1.0 / unit, 1.0 / (unit * unit), (1.0 / unit).powi(3)];
-        Biquadratic(std::array::from_fn(|a| std::array::from_fn(|b| about[a][b] * power[a + b])))
+        Biquadratic(std::array::from_fn(|a| std::array::from_fn(|b| rows[b][a] * power[a + b])))
     }
 
     /// This less another.
@@ -300,7 +292,7 @@ impl Biquadratic {
                 by_y += b as f64 * size;
             }
         }
-        by_x.hypot(by_y)
+        (by_x * by_x + by_y * by_y).sqrt()
     }
 }
 

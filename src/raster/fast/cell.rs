@@ -15,6 +15,8 @@ pub(super) struct CellView<'a> {
     cuts: Vec<Cut<f64>>,
     /// No less than the cuts' gradients.
     steepest: Vec<f64>,
+    /// Where the nearest candidate is nearer by more than this, no boundary is within reach.
+    clear: f64,
 }
 
 /// A region, and how much of a pixel it covers.
@@ -43,24 +45,25 @@ impl<'a> CellView<'a> {
         if candidates.by_pairs {
             let count = candidates.regions.len();
             let cuts = (0..count * (count - 1) / 2).map(|k| Cut(about(k).0)).collect();
-            let steepest = Vec::new();
-            return Ok(CellView { candidates: Cow::Borrowed(candidates), cuts, steepest });
+            let candidates = Cow::Borrowed(candidates);
+            return Ok(CellView { candidates, cuts, steepest: Vec::new(), clear: f64::INFINITY });
         }
         let (seen, cuts) = candidates.seen(about, reach);
         match seen.only_region() {
             Some(region) => Err(region),
             None => {
-                let steepest = cuts.iter().map(|cut| cut.steepest(reach)).collect();
+                let steepest: Vec<f64> = cuts.iter().map(|cut| cut.steepest(reach)).collect();
+                let clear = 2.0 * REACH * steepest.iter().fold(0.0, |most, by| by.max(most));
                 let cuts = cuts.iter().map(|cut| Cut(cut.0)).collect();
-                Ok(CellView { candidates: Cow::Owned(seen), cuts, steepest })
+                Ok(CellView { candidates: Cow::Owned(seen), cuts, steepest, clear })
             }
         }
     }
 
-    /// Where two are seen: what parts them, positive on the second's side.
-    pub fn pair(&self) -> Option<(&Cut<f64>, [RegionId; 2])> {
-        match (self.regions(), self.cuts.as_slice()) {
-            (&[first, second], [cut]) if !self.candidates.by_pairs => Some((cut, [first, second])),
+    /// Where two are seen: what parts them, positive on the second's side, and no less than its gradient.
+    pub fn pair(&self) -> Option<(&Cut<f64>, f64, [RegionId; 2])> {
+        match (self.regions(), self.cuts.as_slice(), self.steepest.as_slice()) {
+            (&[first, second], [cut], [steepest]) => Some((cut, *steepest, [first, second])),
             _ => None,
         }
     }
@@ -80,14 +83,20 @@ impl<'a> CellView<'a> {
     pub fn shares(&self, rows: &[Row<f64>], x: f64, places: Option<Places>) -> [Share; 3] {
         let Candidates { regions, by_pairs, .. } = self.candidates.as_ref();
         let mut values = [0.0; MAX_CANDIDATES];
-        let winner = if *by_pairs { self.deepest(rows, x) } else { nearest(rows, x, &mut values) };
+        let (winner, lead) = match by_pairs {
+            true => (self.deepest(rows, x), 0.0),
+            false => nearest(rows, x, &mut values),
+        };
         let region = regions[winner];
         let own = [(region, 1.0), (region, 0.0), (region, 0.0)];
         let Some(places) = places else { return own };
+        // Most are too far from all others, whatever the gradients are.
+        if lead > self.clear {
+            return own;
+        }
         let mut sides = [None, None];
         let depth = if *by_pairs { self.depth(rows, x, winner) } else { None };
         for other in (0..regions.len()).filter(|&other| other != winner) {
-            // Most are too far away, whatever the gradient is.
             let apart = values[winner] - values[other];
             if !by_pairs && apart > REACH * self.steepest(winner, other) {
                 continue;
@@ -159,16 +168,20 @@ impl<'a> CellView<'a> {
     }
 }
 
-/// The candidate that is nearest, and by how much each is nearer than the first.
-fn nearest(rows: &[Row<f64>], x: f64, ahead: &mut [f64; MAX_CANDIDATES]) -> usize {
-    let mut best = 0;
+/// The candidate that is nearest, by how much it is nearer than the next, and by how much each is nearer than the first.
+fn nearest(rows: &[Row<f64>], x: f64, ahead: &mut [f64; MAX_CANDIDATES]) -> (usize, f64) {
+    let (mut best, mut most, mut next) = (0, 0.0, f64::NEG_INFINITY);
     for (i, row) in (1..MAX_CANDIDATES).zip(rows) {
-        ahead[i] = row.value(x);
-        if ahead[i] > ahead[best] {
-            best = i;
+        let value = row.value(x);
+        ahead[i] = value;
+        if value > most {
+            next = most;
+            (best, most) = (i, value);
+        } else if value > next {
+            next = value;
         }
     }
-    best
+    (best, most - next)
 }
 
 /// The side of a boundary that a place is not on.

@@ -7,19 +7,21 @@
 
 mod cell;
 mod mend;
+mod pair;
 mod spans;
 mod squares;
 
 use super::reference::{render_scene_row, render_styled_row};
 use super::sample::{Sample, WITHIN};
-use super::shares::{self, Places};
+use super::shares::Places;
 use crate::camera::Camera;
 use crate::cuts::{self, Candidates, Deciding};
 use crate::grid;
 use crate::model::{Block, Cells, Image, RegionId};
 use crate::placement::{Placement, SceneView};
 use crate::style::Styles;
-use cell::{CellView, Cut, Row};
+use cell::{CellView, Cut};
+use pair::Pair;
 use spans::{Axis, Span};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -38,12 +40,6 @@ pub struct Painter<'a> {
 
 /// Rows of sub-samples that are drawn before they are averaged, about.
 const SUB_ROWS: u32 = 64;
-
-/// As in f64.
-const REACH: f32 = shares::REACH as f32;
-
-/// Pixels that are looked at together.
-const LANES: usize = 16;
 
 impl<'a> Painter<'a> {
     /// For a picture that [`Model::check`](crate::Model::check) holds for, in time linear in its
@@ -236,10 +232,12 @@ impl<'a> Painter<'a> {
                 && axes.iter().any(|axis| axis.reaches_across(WITHIN * width))
         });
         let block_log2 = self.image.block_log2;
+        let across: Vec<Span> = axes[0].spans(axes[0].all(), block_log2).collect();
         for down in axes[1].spans(axes[1].and_next(), block_log2) {
-            let rows = down.pixels.start..down.pixels.end.min(axes[1].all().end);
-            if !rows.is_empty() {
-                self.paint_blocks(view, &axes, (down.cell, rows), sample, into);
+            let pixels = down.pixels.start..down.pixels.end.min(axes[1].all().end);
+            if !pixels.is_empty() {
+                let drawn = Span { cell: down.cell, pixels };
+                self.paint_blocks(view, &axes, (&across, &drawn), sample, into);
             }
             // While it is near at hand.
             if let Some(sample) = sample.filter(|_| reaches_across) {
@@ -253,16 +251,14 @@ impl<'a> Painter<'a> {
         &self,
         view: &SceneView,
         axes: &[Axis; 2],
-        (cell, pixels): (u32, Range<u32>),
+        (all, down): (&[Span], &Span),
         sample: Option<Sample<'_>>,
         into: &mut Target<'_>,
     ) {
-        let block_log2 = self.image.block_log2;
         let block_grid = self.image.block_grid();
-        let down = Span { cell, pixels };
         // Blocks of one colour, side by side as one.
         let mut solid: Vec<(Range<u32>, [u8; 4])> = Vec::new();
-        for across in axes[0].spans(axes[0].all(), block_log2) {
+        for across in all {
             let block = grid::index(block_grid, [across.cell, down.cell]);
             match &self.image.blocks[block] {
                 Block::Solid(node) => {
@@ -274,11 +270,11 @@ impl<'a> Painter<'a> {
                         {
                             columns.end = across.pixels.end;
                         }
-                        _ => solid.push((across.pixels, color)),
+                        _ => solid.push((across.pixels.clone(), color)),
                     }
                 }
                 Block::Cells(cells) => {
-                    let place = [&across, &down];
+                    let place = [across, down];
                     let places = sample.map(|sample| Places::of(sample.samples));
                     let block = BlockView { view, axes, cells, place, places };
                     self.paint_block(&block, into);
@@ -286,7 +282,7 @@ impl<'a> Painter<'a> {
             }
         }
         // Row by row, as they lie in memory.
-        for y in down.pixels {
+        for y in down.pixels.clone() {
             for (columns, color) in &solid {
                 into.row(columns, y).fill(*color);
             }
@@ -344,7 +340,8 @@ impl<'a> Painter<'a> {
             if cut.0[0][0].abs() > cut.sway(reach) {
                 return Some(if cut.0[0][0] > 0.0 { *b } else { *a });
             }
-            self.paint_two(block, (&Cut(cut.0), [*a, *b]), pixels, middle, into);
+            let steepest = cut.steepest(reach);
+            self.paint_two(block, (&Cut(cut.0), steepest, [*a, *b]), pixels, middle, into);
             return None;
         }
         let view = match CellView::new(candidates, about, reach) {
@@ -373,22 +370,21 @@ impl<'a> Painter<'a> {
         None
     }
 
-    /// Draws what is seen of a cell with two candidates: the cut is about the middle, and positive on the second's side.
+    /// Draws what is seen of a cell with two candidates: the cut is about the middle, nowhere steeper than that, and positive on
+    /// the second's side.
     fn paint_two(
         &self,
         block: &BlockView<'_>,
-        (cut, regions): (&Cut<f64>, [RegionId; 2]),
+        (cut, steepest, regions): (&Cut<f64>, f64, [RegionId; 2]),
         pixels: [&Range<u32>; 2],
         middle: [f32; 2],
         into: &mut Target<'_>,
     ) {
-        let columns = block.axes[0].screen(pixels[0]);
-        let blends = block.places.is_some() && cut.0 != [[0.0; 3]; 3];
-        let cut = Cut(cut.0.map(|column| column.map(|factor| factor as f32)));
-        let colors = regions.map(|region| self.colors[region as usize]);
+        let steepest = if block.places.is_some() { steepest } else { 0.0 };
+        let pair = Pair::new(cut, steepest, regions.map(|region| self.colors[region as usize]));
+        let columns = (block.axes[0].screen(pixels[0]), middle[0]);
         for (y, row) in pixels[1].clone().zip(block.axes[1].screen(pixels[1])) {
-            let cut = cut.row(row - middle[1]);
-            paint_pair(&cut, colors, blends, (columns, middle[0]), into.row(pixels[0], y));
+            pair.paint_row(row - middle[1], columns, into.row(pixels[0], y));
         }
     }
 }
@@ -396,74 +392,6 @@ impl<'a> Painter<'a> {
 /// What is transparent has no colour.
 fn shown(color: [u8; 4]) -> [u8; 4] {
     if color[3] == 0 { [0; 4] } else { color }
-}
-
-/// Draws a row of a cell with two candidates; the cut is positive on the second's side.
-fn paint_pair(
-    cut: &Row<f32>,
-    colors: [[u8; 4]; 2],
-    blends: bool,
-    (columns, middle): (&[f32], f32),
-    row: &mut [[u8; 4]],
-) {
-    let pick = |p: f32| if p > 0.0 { colors[1] } else { colors[0] };
-    if !blends {
-        for (pixel, column) in row.iter_mut().zip(columns) {
-            *pixel = pick(cut.value(column - middle));
-        }
-        return;
-    }
-    let opaque = colors.iter().all(|color| color[3] == 255);
-    // Rounded, the first; and what the second has more.
-    let first = colors[0].map(|channel| f32::from(channel) + 0.5);
-    let more: [f32; 4] = std::array::from_fn(|c| f32::from(colors[1][c]) - f32::from(colors[0][c]));
-    let (mut values, mut beyond) = ([0.0f32; LANES], [false; LANES]);
-    for (pixels, columns) in row.chunks_mut(LANES).zip(columns.chunks(LANES)) {
-        // Without a branch, so that several are looked at together.
-        for ((value, beyond), column) in values.iter_mut().zip(&mut beyond).zip(columns) {
-            let local = cut.at(column - middle);
-            *value = local[0];
-            *beyond = shares::is_beyond(local, REACH);
-        }
-        for (i, (pixel, column)) in pixels.iter_mut().zip(columns).enumerate() {
-            *pixel = pick(values[i]);
-            if beyond[i] {
-                continue;
-            }
-            let local = cut.at(column - middle);
-            if let Some(own) = own_share(local) {
-                let share = if local[0] > 0.0 { own } else { 1.0 - own };
-                *pixel = match opaque {
-                    true => std::array::from_fn(|c| (first[c] + share * more[c]) as u8),
-                    false => mix([(colors[0], 1.0 - share), (colors[1], share)]),
-                };
-            }
-        }
-    }
-}
-
-/// How much of a pixel lies on its middle's side of a boundary, as [`shares::distance`] and [`shares::share_of_square`] have it in
-/// f64; `None` of one that is out of reach.
-#[inline]
-fn own_share([p, x, y, xx, xy, yy]: [f32; 6]) -> Option<f32> {
-    let square = x * x + y * y;
-    let length = square.sqrt();
-    let bend = x * x * xx + (x + x) * y * xy + y * y * yy;
-    let left = square * square - 2.0 * bend * p;
-    let distance = 2.0 * p.abs() * length / (square + left.max(0.0).sqrt());
-    // Not a number where p is level.
-    if left < 0.0 || distance.is_nan() || distance >= REACH {
-        return None;
-    }
-    let (a, b) = (x.abs().max(y.abs()) / length, x.abs().min(y.abs()) / length);
-    let left = 0.5 * (a + b) - distance;
-    Some(if left <= 0.0 {
-        1.0
-    } else if left > b {
-        0.5 + distance / a
-    } else {
-        1.0 - left * left / (2.0 * a * b)
-    })
 }
 
 /// A block that has cells, in a view.
@@ -486,13 +414,17 @@ struct Target<'a> {
 
 impl Target<'_> {
     fn row(&mut self, columns: &Range<u32>, y: u32) -> &mut [[u8; 4]] {
-        let at = (y - self.start[1]) as usize * self.stride;
-        &mut self.pixels[at + (columns.start - self.start[0]) as usize..][..columns.len()]
+        let at = self.index([columns.start, y]);
+        &mut self.pixels[at..][..columns.len()]
     }
 
     fn at(&mut self, at: [u32; 2]) -> &mut [u8; 4] {
+        &mut self.pixels[self.index(at)]
+    }
+
+    fn index(&self, at: [u32; 2]) -> usize {
         let [x, y] = [0, 1].map(|axis| (at[axis] - self.start[axis]) as usize);
-        &mut self.pixels[y * self.stride + x]
+        y * self.stride + x
     }
 
     fn fill(&mut self, columns: &Range<u32>, rows: &Range<u32>, color: [u8; 4]) {
