@@ -212,6 +212,28 @@ mod tests {
     use super::*;
 
     #[test]
+    fn samples_are_as_dense_as_pixels_of_the_scene_and_then_sparser() {
+        let samples = |scale, kernel| {
+            let mut camera = Camera::new([1000, 700], [333, 222]);
+            camera.look_at(camera.center(), scale);
+            Placement::whole([1000, 700]).seen(&camera, true).unwrap().samples(kernel)
+        };
+        for (scale, quadratic, linear) in [
+            (4.0, 1, 1),
+            (3.9, 1, 2),
+            (1.0, 1, 2),
+            (0.9, 2, 3),
+            (0.4, 3, 4),
+            (0.2, 3, 4),
+            (0.1, 4, 8),
+            (0.01, 16, 16),
+        ] {
+            let found = [Kernel::Quadratic, Kernel::Linear].map(|kernel| samples(scale, kernel));
+            assert_eq!(found, [quadratic, linear], "{scale}×");
+        }
+    }
+
+    #[test]
     fn neighbours_share_no_pixel_and_leave_none_out() {
         for scale in [0.013, 0.31, 1.0, 3.7, 1234.5, 1e9] {
             let mut camera = Camera::new([1000, 700], [333, 222]);

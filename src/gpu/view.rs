@@ -83,7 +83,11 @@ impl Layer {
         let turned = camera.turned(size);
         let view = placement.seen(&turned.upright, antialias)?;
         let own = if camera.is_turned() { around(&turned, view.own)? } else { view.own };
-        let samples = antialias.then(|| view.samples(image.kernel));
+        let samples = antialias.then(|| {
+            let samples = view.samples(image.kernel);
+            // Half as many while the view moves: nobody sees that then.
+            if far.is_some() { samples.div_ceil(2) } else { samples }
+        });
         let mut uniforms = ViewUniforms::new(&view, &turned, image.block_log2, target, samples);
         if camera.is_turned() {
             uniforms.flags |= ViewUniforms::TURNED;
