@@ -6,6 +6,7 @@
 //! scale.
 
 mod cell;
+mod mean;
 mod mend;
 mod pair;
 mod spans;
@@ -21,6 +22,7 @@ use crate::model::{Block, Cells, Image, RegionId};
 use crate::placement::{Placement, SceneView};
 use crate::style::Styles;
 use cell::{CellView, Cut};
+use mean::Means;
 use pair::Pair;
 use spans::{Axis, Span};
 use std::borrow::Cow;
@@ -197,6 +199,7 @@ impl<'a> Painter<'a> {
         let columns = view.own[0][0]..view.own[1][0];
         let stride = columns.len() * samples as usize;
         let mut sub = Vec::new();
+        let mut means = Means::new(samples as usize, columns.len());
         for start in rows.clone().step_by((SUB_ROWS / samples) as usize) {
             let some = start..rows.end.min(start + SUB_ROWS / samples);
             sub.resize(stride * some.len() * samples as usize, [0; 4]);
@@ -210,9 +213,7 @@ impl<'a> Painter<'a> {
             let bands = sub.chunks_exact(stride * samples as usize);
             for (y, band) in some.zip(bands) {
                 let row = &mut pixels[(y - rows.start) as usize * width..][..width];
-                for (x, pixel) in columns.clone().zip(&mut row[columns.start as usize..]) {
-                    *pixel = mean(band, stride, (x - columns.start) as usize, samples as usize);
-                }
+                means.write(band, &mut row[columns.start as usize..columns.end as usize]);
             }
         }
     }
@@ -459,26 +460,6 @@ fn straight([r, g, b, a]: [f32; 4]) -> [u8; 4] {
         return [0; 4];
     }
     [r / a, g / a, b / a, a * 255.0].map(|c| (c + 0.5) as u8)
-}
-
-/// The mean of a square of sub-samples.
-fn mean(band: &[[u8; 4]], stride: usize, x: usize, samples: usize) -> [u8; 4] {
-    let mut sum = [0u32; 4];
-    for y in 0..samples {
-        for &[r, g, b, a] in &band[y * stride + x * samples..][..samples] {
-            let a = u32::from(a);
-            sum[0] += u32::from(r) * a;
-            sum[1] += u32::from(g) * a;
-            sum[2] += u32::from(b) * a;
-            sum[3] += a;
-        }
-    }
-    let [r, g, b, a] = sum;
-    if a == 0 {
-        return [0; 4];
-    }
-    let count = (samples * samples) as u32;
-    [(r + a / 2) / a, (g + a / 2) / a, (b + a / 2) / a, (a + count / 2) / count].map(|c| c as u8)
 }
 
 /// Makes transparent what of the pixels at the picture's rim is outside.

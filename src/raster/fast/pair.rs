@@ -74,7 +74,7 @@ impl Pair {
 /// A number from 0 to 255 as the nearest whole one, in a way that several are rounded at a time: in f32 all that is left of a number
 /// this large is its units, which are the least of its bits.
 #[inline]
-fn rounded(n: f32) -> u32 {
+pub(super) fn rounded(n: f32) -> u32 {
     (n + 8_388_608.0).to_bits() & 255
 }
 
