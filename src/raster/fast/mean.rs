@@ -91,7 +91,7 @@ mod tests {
         for samples in 1..=MAX_SAMPLES as usize {
             // The brightest there are, any, and some that are not opaque.
             for seed in 0..20usize {
-                let byte = |i: usize| ((i + 7) * (seed + 3) * 2_654_435 >> 9) as u8;
+                let byte = |i: usize| (((i + 7) * (seed + 3) * 2_654_435) >> 9) as u8;
                 let alpha = |i: usize| if seed % 2 == 0 { 255 } else { byte(5 * i) };
                 let sample = |i: usize| match seed {
                     0 => [255; 4],
