@@ -1,7 +1,5 @@
 //! How much of a pixel lies on which side of the boundaries near its middle.
 
-use std::ops::{Add, Mul, Neg};
-
 /// What p is about a pixel's middle: its value there, its gradient, and its second derivatives by x twice, by x and y, and by
 /// y twice; all in pixels.
 pub(super) type Local = [f64; 6];
@@ -26,20 +24,15 @@ pub(super) fn distance([p, x, y, xx, xy, yy]: Local) -> Option<f64> {
 /// Whether the [`distance`], on whichever side of the boundary, is `reach` or more. Without roots: most places are far from all
 /// boundaries, and are to cost little.
 #[inline]
-pub(super) fn is_beyond<T>([p, x, y, xx, xy, yy]: [T; 6], reach: T) -> bool
-where
-    T: Copy + Default + PartialOrd + Add<Output = T> + Mul<Output = T> + Neg<Output = T>,
-{
-    let zero = T::default();
+pub(super) fn is_beyond([p, x, y, xx, xy, yy]: Local, reach: f64) -> bool {
     let square = x * x + y * y;
     let power = reach * reach * square * square * square;
     let bend = reach * reach * (x * x * xx + (x + x) * y * xy + y * y * yy);
     // All times twice the square of the gradient: p at `reach`, but for what the gradient takes.
     let left = (p + p) * square + bend;
-    let (left, bend) = if p < zero { (-left, -bend) } else { (left, bend) };
-    let four = power + power + power + power;
+    let (left, bend) = if p < 0.0 { (-left, -bend) } else { (left, bend) };
     // And where it turns before, nobody knows.
-    (left > zero) & (left * left >= four) & ((bend <= zero) | (power >= bend * bend))
+    (left > 0.0) & (left * left >= 4.0 * power) & ((bend <= 0.0) | (power >= bend * bend))
 }
 
 /// How much of a pixel lies on the positive side of a line at `distance` from its middle, which lies there
