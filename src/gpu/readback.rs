@@ -103,7 +103,8 @@ impl Renderer {
     }
 
     /// Draws the same as a viewer does while the view moves and frames come late: where a pixel covers much of a scene,
-    /// from what was drawn of it before, and a little blurred; and not cut where cells do not fit together.
+    /// from what was drawn of it before, and a little blurred; else from half as many samples an axis; and not cut where
+    /// cells do not fit together.
     ///
     /// # Errors
     /// As [`render`](Self::render).

@@ -23,7 +23,7 @@ fn from_far_away_it_shows_about_what_a_resting_one_does() {
     for (name, image) in fixtures::pictures().iter().filter(|(_, image)| image.size[0] < 1000) {
         // Nearer than the levels are for, it has fewer samples.
         for (scale, most) in
-            [(0.01, 8.0), (0.07, 8.0), (0.3, 8.0), (0.4, 4.0), (0.6, 4.0), (0.9, 4.0)]
+            [(0.01, 0.4), (0.07, 0.8), (0.3, 2.5), (0.4, 1.7), (0.6, 3.5), (0.9, 1.4)]
         {
             // Each makes its own levels.
             let scene = renderer.upload(image).unwrap();
