@@ -6,7 +6,8 @@
 //
 // Loops end with their condition, and nothing returns from within one: a GPU that runs several pixels in step,
 // as software does, would run all of the body once more for none of them. And conditions are joined with & and |: && and
-// || are branches, of which GLSL has a line for each side.
+// || are branches, of which GLSL has a line for each side. Nor does a branch of a large shader hang on uniforms alone: Mesa's
+// lavapipe compiles it anew for each draw, which takes milliseconds.
 
 struct View {
     // Where the picture ends, in pixels of the viewport: left, top, right, lower. All but the target is as if the view
@@ -49,6 +50,8 @@ struct View {
     reach: f32,
     // From far away: the width of the colours' texels, in pixels of the scene.
     texel: f32,
+    // Where its patches stand in the survey: the upper left one.
+    survey: vec2<u32>,
     // The middle of the viewport in a pattern's pixels, how many of these a screen pixel is, and screen
     // pixels per source pixel.
     pattern: vec4<f32>,

@@ -34,12 +34,17 @@ fn columns(index: u32) -> Columns {
     );
 }
 
+// The polynomial's own: columns of its factors.
+fn factors(c: Columns) -> mat3x3<f32> {
+    return mat3x3(bitcast<vec3<f32>>(c.c0.xyz), bitcast<vec3<f32>>(c.c1.xyz), bitcast<vec3<f32>>(c.c2.xyz));
+}
+
 // How steep a cut is between two places of its cell, at most.
-fn steepest(c: Columns, low: vec2<f32>, high: vec2<f32>) -> f32 {
+fn steepest(cut: mat3x3<f32>, low: vec2<f32>, high: vec2<f32>) -> f32 {
     let most = max(abs(low), abs(high));
-    let c1 = abs(bitcast<vec3<f32>>(c.c1.xyz));
-    let c2 = abs(bitcast<vec3<f32>>(c.c2.xyz));
-    let row = abs(bitcast<vec3<f32>>(c.c0.xyz)) + most.x * (c1 + most.x * c2);
+    let c1 = abs(cut[1]);
+    let c2 = abs(cut[2]);
+    let row = abs(cut[0]) + most.x * (c1 + most.x * c2);
     let powers = vec3(1.0, most.y, most.y * most.y);
     return length(vec2(dot(c1 + 2.0 * most.x * c2, powers), row.y + 2.0 * most.y * row.z));
 }
@@ -366,37 +371,4 @@ fn cell_of(pixel: vec2<u32>) -> Cell {
     let at = (pixel & vec2((1u << view.block_log2) - 1u)) >> vec2(texel_log2);
     let place = (at.y << (view.block_log2 - texel_log2)) + at.x;
     return Cell(textureLoad(cells, folded((block & CELLS_MASK) + place), 0).x, texel_log2);
-}
-
-// A place in the scene: a pixel and a fraction of it in [0, 1], since a plain f32 coordinate would run out of
-// digits at high magnification.
-struct Place {
-    pixel: vec2<i32>,
-    fraction: vec2<f32>,
-}
-
-// What a place of the screen shows.
-fn place_at(screen: vec2<f32>) -> Place {
-    // Whole pixels are split off before the anchor comes in, so that the fraction keeps its digits.
-    let from_anchor = view.offset + (screen - view.middle) * view.pixel;
-    // Kept where the conversion to i32 and the sum are defined.
-    let whole = vec2<i32>(clamp(floor(from_anchor), vec2(-1e9), vec2(1e9)));
-    let pixel = clamp(view.anchor + whole, vec2(0), view.last);
-    return Place(pixel, clamp(from_anchor - vec2<f32>(pixel - view.anchor), vec2(0.0), vec2(1.0)));
-}
-
-fn decode(place: Place) -> Decoded {
-    let cell = cell_of(vec2<u32>(place.pixel));
-    let width = f32(1u << cell.log2);
-    let within = place.pixel & vec2((1i << cell.log2) - 1i);
-    return decode_cell(cell.word, (vec2<f32>(within) + place.fraction) / width, vec2(view.sub_pixel / width));
-}
-
-// From close by: the word of the cell on those sides of the split.
-fn close_word(side: vec2<u32>) -> u32 {
-    return textureLoad(cells, vec2(side.y * 2u + side.x, 0u), 0).x;
-}
-
-fn decode_close(screen: vec2<f32>) -> Decoded {
-    return decode_cell(close_word(vec2<u32>(screen >= view.split)), screen - view.middle, vec2(1.0));
 }

@@ -41,6 +41,20 @@ fn axes_of(x: vec2<f32>, y: vec2<f32>) -> mat2x2<f32> {
     return mat2x2(unit * major, vec2(-unit.y, unit.x) * minor);
 }
 
+// A place in the scene: a pixel and a fraction of it in [0, 1], since a plain f32 coordinate would run out of
+// digits at high magnification.
+struct Place {
+    pixel: vec2<i32>,
+    fraction: vec2<f32>,
+}
+
+fn decode(place: Place) -> Decoded {
+    let cell = cell_of(vec2<u32>(place.pixel));
+    let width = f32(1u << cell.log2);
+    let within = place.pixel & vec2((1i << cell.log2) - 1i);
+    return decode_cell(cell.word, (vec2<f32>(within) + place.fraction) / width, vec2(view.sub_pixel / width));
+}
+
 // The place that is so far from an anchor, a pixel of the picture.
 fn place_from(anchor: vec2<i32>, from_anchor: vec2<f32>) -> Place {
     let whole = vec2<i32>(clamp(floor(from_anchor), vec2(-1e9), vec2(1e9)));

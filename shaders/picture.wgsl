@@ -1,21 +1,11 @@
 // The draws that paint a scene, in patches: equal squares of it, or from close by of the screen. What one region fills, or
-// two with a boundary between them, is *plain*: all that tells of it is looked up at its corners. Pixels of one then have a
-// colour, and those of two only work out on which side they are. For the rest everything is looked up at every pixel, and so
-// it is wherever outlines reach. Each draw has all patches, and those of other kinds have no area. Without PATCHES there is
-// one, of the rest, and it is all of the target.
+// two with a boundary between them, is *plain*: the survey says so. Pixels of one then have a colour, and those of two only
+// work out on which side they are. For the rest everything is looked up at every pixel, and so it is wherever outlines reach.
+// Each draw has all patches, and those of other kinds have no area. Without PATCHES there is one, of the rest, and it is all
+// of the target.
 
-// What a patch is, and the number of the draw that paints it.
-const OF_ONE = 0u;
-const OF_TWO = 1u;
-const OF_REST = 2u;
-
-// Where lines of the grid of patches cross, from -1 to 1 across the viewport and down.
-fn crossing(at: vec2<u32>) -> vec2<f32> {
-    let place = view.start + vec2<f32>(at) * view.patch_width;
-    let clip = ((place - view.offset) / view.pixel + view.middle) * view.to_clip - 1.0;
-    // The outermost lie as far out as there are pixels.
-    return select(select(clip, vec2(1.0), at == view.patches), vec2(-1.0), at == vec2(0u));
-}
+// What the survey says of patches: see survey.wgsl. It has a binding of its own, for it is painted by what reads all others.
+@group(2) @binding(4) var survey: texture_2d<u32>;
 
 // How near to zero a cut that parts nothing may come before a pixel is taken for one of both sides, in units of value a
 // pixel: nearer than f32 tells.
@@ -42,72 +32,61 @@ fn shifted(start: f32, by: f32) -> mat3x3<f32> {
     return mat3x3(vec3(1.0, 0.0, 0.0), vec3(start, by, 0.0), vec3(start * start, 2.0 * start * by, by * by));
 }
 
+// A candidate's cut against the first of its cell, as factors of the place in it.
+fn cut_of(word: u32, candidate: u32) -> mat3x3<f32> {
+    if candidate == 0u {
+        return mat3x3<f32>();
+    }
+    return factors(columns((word & CUTS_MASK) + candidate - 1u));
+}
+
 // Corners are numbered through a row of patches, six a patch, for the first draw, then for the second, then for the third.
 @vertex
 fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row: u32) -> Corner {
     let at = vec2(vertex / 6u % view.patches.x, row);
-    let k = vertex % 6u;
-    let clip = crossing(at + vec2(k & 1u, u32((k > 1u) & (k < 5u))));
-    let place = view.start + (vec2<f32>(at) + 0.5) * view.patch_width;
-    let cell = whereabouts(place);
-    // Pixels at the patch's edges see what is beyond, and outlines from further away.
-    let near = 0.5 * view.patch_width + view.pixel;
-    let reach = 0.5 * view.patch_width + pixels_seen(0.0);
-    var word = cell.word;
-    let per_cell = view.pixel / cell.width;
-    let low = (place - near - cell.start) / cell.width;
-    let high = (place + near - cell.start) / cell.width;
-    let is_part = (cell.width < view.patch_width) & ((view.flags & CLOSE) == 0u);
-    if is_part | (view.samples > 1u) {
-        word = NONE;
+    // See survey_patch.
+    var own = vec4(OF_REST, u32((view.flags & OUTLINES) == 0u), 0u, 0u);
+    if (view.flags & PATCHES) != 0u {
+        own = textureLoad(survey, view.survey + at, 0);
     }
-    let in_patches = (view.flags & PATCHES) != 0u;
-    var is_quiet = (view.flags & OUTLINES) == 0u;
-    if (word == NONE) | !is_quiet {
-        let there = around(place, reach);
-        word = select(word, SOLID | there.region, there.is_one);
-        // What is no patch lies around anywhere.
-        is_quiet |= there.is_quiet & in_patches;
+    var corner = Corner();
+    if own.x == vertex / (6u * view.patches.x) {
+        let k = vertex % 6u;
+        let clip = crossing(at + vec2(k & 1u, u32((k > 1u) & (k < 5u))));
+        corner.position = vec4(view.clip.xy * clip.x + view.clip.zw * clip.y, 0.0, 1.0);
+        corner.colors = own.yz;
+        if own.x == OF_TWO {
+            let place = middle_of_patch(at);
+            let cell = whereabouts(place);
+            let per_cell = view.pixel / cell.width;
+            let candidates = vec2(own.w >> 16u, own.w & 0xffffu);
+            var cut = cut_of(cell.word, candidates.x) - cut_of(cell.word, candidates.y);
+            // One region is as if it were the positive side of a boundary that is far away.
+            cut[0].x += f32(candidates.x == candidates.y);
+            let near = 0.5 * view.patch_width + view.pixel;
+            let low = (place - near - cell.start) / cell.width;
+            let high = (place + near - cell.start) / cell.width;
+            let is_antialiased = (view.flags & ANTIALIAS) != 0u;
+            let limit = select(0.0, REACH * per_cell * steepest(cut, low, high), is_antialiased);
+            let scaled = cut * (1.0 / max(limit, SLIGHT * per_cell));
+            // Of the screen, the place in the cell: times `per_cell`, from there.
+            corner.first = floor((crossing(at) + 1.0) / view.to_clip);
+            let start = (view.offset + (corner.first - view.middle) * view.pixel - cell.start) / cell.width;
+            let about = shifted(start.y, per_cell) * scaled * transpose(shifted(start.x, per_cell));
+            corner.c0 = about[0];
+            corner.c1 = about[1];
+            corner.c2 = about[2];
+        }
     }
-    let seen = seen_about(cell, word, place, near);
-    let positive = style(seen.cut.c0.w);
-    let negative = style(seen.cut.c2.w);
-    let is_plain = in_patches
-        & is_quiet
-        & (seen.count < MANY)
-        & ((motif_of(positive) | motif_of(negative)) == 0u);
-    let is_antialiased = (view.flags & ANTIALIAS) != 0u;
-    let limit = select(0.0, REACH * per_cell * steepest(seen.cut, low, high), is_antialiased);
-    let first = floor((crossing(at) + 1.0) / view.to_clip);
-    // Of the screen, the place in the cell: times `per_cell`, from there.
-    let start = (view.offset + (first - view.middle) * view.pixel - cell.start) / cell.width;
-    let cut = mat3x3(
-        bitcast<vec3<f32>>(seen.cut.c0.xyz),
-        bitcast<vec3<f32>>(seen.cut.c1.xyz),
-        bitcast<vec3<f32>>(seen.cut.c2.xyz),
-    );
-    let scaled = cut * (1.0 / max(limit, SLIGHT * per_cell));
-    let about = shifted(start.y, per_cell) * scaled * transpose(shifted(start.x, per_cell));
-    // Where the picture ends, and in a turned view the scene, pixels have to look how far.
-    let end = (crossing(at + 1u) + 1.0) / view.to_clip;
-    let is_inside = all(first - 1.0 > max(view.edges.xy, view.middles.xy))
-        & all(end + 1.0 < min(view.edges.zw, view.middles.zw));
-    let kind = select(OF_REST, select(OF_TWO, OF_ONE, is_inside & (seen.count == 1u)), is_plain);
-    var position = vec4(view.clip.xy * clip.x + view.clip.zw * clip.y, 0.0, 1.0);
-    if kind != vertex / (6u * view.patches.x) {
-        position = vec4(0.0);
-    }
-    let colors = vec2(select(u32(is_quiet), positive.x, is_plain), negative.x);
-    return Corner(position, about[0], about[1], about[2], first, colors);
+    return corner;
 }
 
 // The middle of a pixel, in pixels of the viewport.
 fn middle_of(position: vec4<f32>) -> vec2<f32> {
     let middle = view.turn.xy * position.x + view.turn.zw * position.y + view.shift;
-    if (view.flags & TURNED) != 0u {
-        if any(middle < view.middles.xy) | any(middle >= view.middles.zw) {
-            discard;
-        }
+    let is_outside = any(middle < view.middles.xy) | any(middle >= view.middles.zw);
+    if is_outside & ((view.flags & TURNED) != 0u) {
+        discard;
     }
     return middle;
 }

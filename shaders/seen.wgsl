@@ -1,4 +1,4 @@
-// What may be seen of a part of the screen: what does not change there is found out once, for a patch or a pixel.
+// What may be seen of a part of the screen, a patch or a pixel: cells that lie around, and whether they show one region.
 
 // Where a place lies: a cell, and where in pixels of the scene it starts and ends, from the anchor. From close by a cell is
 // as wide as a pixel is there, and starts in the middle of the viewport.
@@ -13,19 +13,30 @@ struct Whereabouts {
 const NONE = 0xffffffffu;
 
 fn whereabouts(place: vec2<f32>) -> Whereabouts {
-    if (view.flags & CLOSE) != 0u {
-        let split = view.split - view.middle;
-        let side = place >= split;
-        return Whereabouts(close_word(vec2<u32>(side)), vec2(0.0), 1.0, select(split, vec2(FAR), side));
-    }
+    // From close by there are four cells, which are as a block of 2 x 2 pixels.
+    let is_close = (view.flags & CLOSE) != 0u;
+    let split = view.split - view.middle;
+    let side = place >= split;
     let pixel = clamp(view.anchor + vec2<i32>(floor(place)), vec2(0), view.last);
-    let cell = cell_of(vec2<u32>(pixel));
+    let cell = cell_of(vec2<u32>(select(pixel, vec2<i32>(side), is_close)));
     let width = 1i << cell.log2;
     let first = pixel & vec2(-width);
     let start = vec2<f32>(first - view.anchor);
     // Beyond the rim is what is at the rim.
     let end = select(start + f32(width), vec2(FAR), first + width > view.last);
-    return Whereabouts(cell.word, start, f32(width), end);
+    return Whereabouts(
+        cell.word,
+        select(start, vec2(0.0), is_close),
+        f32(width),
+        select(end, select(split, vec2(FAR), side), is_close),
+    );
+}
+
+// What a cell shows at a place, of which a sub-sample is so wide and high.
+fn decode_in(cell: Whereabouts, place: vec2<f32>, part: vec2<f32>) -> Decoded {
+    // Beyond the rim is what is at the rim.
+    let within = clamp(place, vec2<f32>(-view.anchor), vec2<f32>(view.last + 1 - view.anchor));
+    return decode_cell(cell.word, (within - cell.start) / cell.width, part / cell.width);
 }
 
 // How far between two places a polynomial's control values lie: 1, x and x^2 of them.
@@ -35,123 +46,6 @@ fn controls(low: f32, high: f32) -> mat3x3<f32> {
         vec3(1.0, 0.5 * (low + high), low * high),
         vec3(1.0, high, high * high),
     );
-}
-
-// Regions that are seen between two places of a cell, and what parts them: `count` of them, of which two are told.
-struct Seen {
-    count: u32,
-    cut: Columns,
-}
-
-// A polynomial is nowhere greater than the greatest of its control values: a candidate whose lead over another has none
-// above zero is not seen.
-fn seen_between(word: u32, low: vec2<f32>, high: vec2<f32>) -> Seen {
-    let region = word & REGION_MASK;
-    var cut = Columns(vec4(bitcast<u32>(1.0), 0u, 0u, region), vec4(0u), vec4(0u, 0u, 0u, region));
-    if (word & SOLID) != 0u {
-        // As if the region were the positive side of a boundary that is far away.
-        return Seen(select(1u, MANY, word == NONE), cut);
-    }
-    let first = word & CUTS_MASK;
-    let count = word >> COUNT_SHIFT;
-    if (count > 2u) & ((word & BY_PAIRS) != 0u) {
-        return Seen(MANY, cut);
-    }
-    let x = controls(low.x, high.x);
-    let y = controls(low.y, high.y);
-    // One that is ahead around the middle: its cut and region.
-    var best = mat3x3<f32>();
-    var best_region = 0u;
-    var leader = 0u;
-    var others = 0u;
-    // First all are looked at for that one, then for those that get ahead of it.
-    var k = 0u;
-    loop {
-        let i = k % count;
-        let c = columns(first + max(i, 1u) - 1u);
-        let is_first = i == 0u;
-        let own = select(c.c0.w, c.c2.w, is_first);
-        var ahead = mat3x3(
-            bitcast<vec3<f32>>(c.c0.xyz),
-            bitcast<vec3<f32>>(c.c1.xyz),
-            bitcast<vec3<f32>>(c.c2.xyz),
-        );
-        if is_first {
-            // The one that others have their cuts against.
-            ahead = mat3x3<f32>();
-        }
-        let lead = transpose(y) * (ahead - best) * x;
-        let most = max(lead[0], max(lead[1], lead[2]));
-        if k < count {
-            if (lead[1].y > 0.0) | is_first {
-                best = ahead;
-                best_region = own;
-                leader = i;
-            }
-        } else if (i != leader) & (max(most.x, max(most.y, most.z)) > 0.0) {
-            others++;
-            ahead -= best;
-            cut.c0 = vec4(bitcast<vec3<u32>>(ahead[0]), own);
-            cut.c1 = vec4(bitcast<vec3<u32>>(ahead[1]), 0u);
-            cut.c2 = vec4(bitcast<vec3<u32>>(ahead[2]), 0u);
-        }
-        k++;
-        if k >= 2u * count {
-            break;
-        }
-    }
-    cut.c0.w = select(cut.c0.w, best_region, others == 0u);
-    cut.c2.w = best_region;
-    return Seen(others + 1u, cut);
-}
-
-// More than two.
-const MANY = 3u;
-
-// What a cell shows within `near` pixels of the scene of a place in it, with `word` for its own. Of one that disagrees it is
-// more than two where others that are as near show anything else, or draw a boundary in another way.
-fn seen_about(own: Whereabouts, word: u32, place: vec2<f32>, near: f32) -> Seen {
-    let low = place - near;
-    let high = place + near;
-    var cell = own;
-    cell.word = word;
-    var start = low;
-    var end = high;
-    // The next cell, and where the next row of cells starts.
-    var at = low;
-    var below = FAR;
-    var seen = Seen();
-    var looks = 0u;
-    loop {
-        let there = seen_between(cell.word, (start - cell.start) / cell.width, (end - cell.start) / cell.width);
-        if looks == 0u {
-            seen = there;
-            let is_within = all(low >= own.start) & all(high <= own.end);
-            let is_cut = ((word & DISAGREES) != 0u) & ((view.flags & CUT_AT_BORDERS) != 0u);
-            at.y = select(at.y, high.y, is_within | !is_cut);
-        } else {
-            let regions = vec2(there.cut.c0.w, there.cut.c2.w);
-            let is_known = all((regions == vec2(seen.cut.c0.w)) | (regions == vec2(seen.cut.c2.w)));
-            let is_alike = (cell.width == own.width) & ((view.flags & CORNERS) == 0u);
-            let is_told = is_known & (is_alike | (there.count == 1u));
-            seen.count = select(MANY, max(seen.count, there.count), is_told);
-            below = min(below, cell.end.y);
-            at.x = cell.end.x;
-            if at.x >= high.x {
-                at = vec2(low.x, below);
-                below = FAR;
-            }
-        }
-        if (at.y >= high.y) | (seen.count == MANY) | (looks == 9u) {
-            break;
-        }
-        looks++;
-        cell = whereabouts(at);
-        start = at;
-        end = min(high, cell.end);
-    }
-    seen.count = select(MANY, seen.count, at.y >= high.y);
-    return seen;
 }
 
 // Whether a region has an outline that is seen.
@@ -204,11 +98,7 @@ fn around(place: vec2<f32>, reach: f32) -> Around {
             var i = 1u;
             loop {
                 let c = columns((cell.word & CUTS_MASK) + i - 1u);
-                let lead = y * mat3x3(
-                    bitcast<vec3<f32>>(c.c0.xyz),
-                    bitcast<vec3<f32>>(c.c1.xyz),
-                    bitcast<vec3<f32>>(c.c2.xyz),
-                ) * x;
+                let lead = y * factors(c) * x;
                 let up = max(lead[0], max(lead[1], lead[2]));
                 let down = min(lead[0], min(lead[1], lead[2]));
                 let top = max(up.x, max(up.y, up.z));
@@ -278,16 +168,12 @@ fn color_at(screen: vec2<f32>, is_styled: bool) -> vec4<f32> {
     loop {
         let to = select(select(high, end, at < end), start, at < start);
         let part = to - at;
-        var place = 0.5 * (at + to);
+        let place = 0.5 * (at + to);
         var cell = own;
         if any(part < high - low) {
             cell = whereabouts(place);
         }
-        if (view.flags & CLOSE) == 0u {
-            // Beyond the rim is what is at the rim.
-            place = clamp(place, vec2<f32>(-view.anchor), vec2<f32>(view.last + 1 - view.anchor));
-        }
-        let decoded = decode_cell(cell.word, (place - cell.start) / cell.width, part / cell.width);
+        let decoded = decode_in(cell, place, part);
         var color = color_of(decoded);
         if is_styled {
             color = fills(decoded, screen);

@@ -3,10 +3,8 @@
 
 // A place of the screen in the scene, and what lies there.
 fn decode_at(screen: vec2<f32>) -> Decoded {
-    if (view.flags & CLOSE) != 0u {
-        return decode_close(screen);
-    }
-    return decode(place_at(screen));
+    let place = view.offset + (screen - view.middle) * view.pixel;
+    return decode_in(whereabouts(place), place, vec2(view.sub_pixel));
 }
 
 // The third of a region's words where another absorbs it; the first is that one's number.

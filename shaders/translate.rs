@@ -21,7 +21,15 @@ pub struct Draw {
 
 pub const MODULES: [Shaders; 1] = [Shaders {
     name: "picture",
-    files: &["common.wgsl", "decode.wgsl", "styles.wgsl", "seen.wgsl", "picture.wgsl", "far.wgsl"],
+    files: &[
+        "common.wgsl",
+        "decode.wgsl",
+        "styles.wgsl",
+        "seen.wgsl",
+        "survey.wgsl",
+        "picture.wgsl",
+        "far.wgsl",
+    ],
     draws: &[
         Draw { vertex: "place_corner", fragment: "paint_one" },
         Draw { vertex: "place_corner", fragment: "paint_two" },
@@ -29,6 +37,7 @@ pub const MODULES: [Shaders; 1] = [Shaders {
         Draw { vertex: "place_corner", fragment: "paint_sampled" },
         Draw { vertex: "place_corner", fragment: "paint_styled" },
         Draw { vertex: "cover", fragment: "paint_far" },
+        Draw { vertex: "cover", fragment: "survey_patch" },
     ],
 }];
 
@@ -42,7 +51,7 @@ impl Shaders {
 /// What is bound, by the names that it has in all GLSL: the uniform block, and the textures in the order of their
 /// bindings.
 pub const UNIFORMS: &str = "_b";
-pub const TEXTURES: [&str; 4] = ["_0", "_1", "_2", "_3"];
+pub const TEXTURES: [&str; 5] = ["_0", "_1", "_2", "_3", "_4"];
 
 /// Parses and validates a module. No capability is allowed that WebGL2 lacks.
 pub fn validate(wgsl: &str) -> Result<(Module, ModuleInfo), String> {

@@ -3,7 +3,7 @@
 
 use super::far::Far;
 use super::pack::Packed;
-use super::view::{Alpha, Layer, Origin, Target};
+use super::view::{Alpha, Frame, Origin, Target};
 use super::webgl::{self, WebGl};
 pub use super::webgpu::Taken;
 use super::webgpu::{self, WebGpu};
@@ -163,10 +163,10 @@ impl Renderer {
             Device::WebGl(_) => Origin::BottomLeft,
         };
         let target = Target { height: size[1], origin, alpha: Alpha::Premultiplied };
+        let mut frame = Frame::new(camera, target, size, true);
         let layers = scenes.iter().filter_map(|(scene, placement)| {
-            let style = (true, scene.reach.get());
-            let (image, far) = (&scene.image, quick.then_some(&scene.far));
-            let layer = Layer::new(placement, image, camera, target, size, style, far)?;
+            let far = quick.then_some(&scene.far);
+            let layer = frame.layer(placement, &scene.image, scene.reach.get(), far)?;
             Some((&scene.textures, layer))
         });
         match &self.device {
@@ -175,14 +175,14 @@ impl Renderer {
                     Textures::WebGpu(scene) => Ok((scene, layer)),
                     Textures::WebGl(_) => Err(foreign()),
                 });
-                device.draw(&own.collect::<Result<Vec<_>>>()?, size)
+                device.draw(&own.collect::<Result<Vec<_>>>()?, frame.survey(), size)
             }
             Device::WebGl(device) => {
                 let own = layers.map(|(scene, layer)| match scene {
                     Textures::WebGl(scene) => Ok((scene, layer)),
                     Textures::WebGpu(_) => Err(foreign()),
                 });
-                device.draw(&own.collect::<Result<Vec<_>>>()?, size)
+                device.draw(&own.collect::<Result<Vec<_>>>()?, frame.survey(), size)
             }
         }
     }

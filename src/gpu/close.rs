@@ -61,26 +61,37 @@ impl Close {
     /// The place of each table that is bound, where the two of [`room`](Self::room) come after a
     /// scene's own.
     #[cfg(target_arch = "wasm32")]
-    pub const PLACES: [usize; 4] = [0, 4, 5, 3];
+    pub const PLACES: [usize; 4] = [4, 5, 6, 3];
 
-    /// The tables, empty, that take the place of a scene's cells and cuts.
-    pub fn room() -> [Table<'static>; 2] {
-        let [_, cells, cuts, _] = Packed::FORMATS;
+    /// The tables, empty, that take the place of a scene's blocks, cells and cuts.
+    pub fn room() -> [Table<'static>; 3] {
+        let [blocks, cells, cuts, _] = Packed::FORMATS;
         [
+            Table { format: blocks, size: [1, 1], bytes: &[] },
             Table { format: cells, size: [CELLS, 1], bytes: &[] },
             Table { format: cuts, size: [CUTS, 3], bytes: &[] },
         ]
     }
 
+    /// The four cells are in one block of 2 × 2 pixels.
+    pub const BLOCK_LOG2: u32 = 1;
+
     /// What to write there.
-    pub fn words(&self) -> [Vec<u8>; 2] {
+    pub fn words(&self) -> [Vec<u8>; 3] {
+        // Cells as wide as pixels, from the first on.
+        let block = 0u32;
         let mut columns = vec![[0u32; 4]; 3 * CUTS as usize];
         for (i, cut) in self.cuts.iter().enumerate() {
             for (a, &texel) in cut.iter().enumerate() {
                 columns[a * CUTS as usize + i] = texel;
             }
         }
-        [bytemuck::cast_slice(&self.cells).to_vec(), bytemuck::cast_slice(&columns).to_vec()]
+        let bytes: [&[u8]; 3] = [
+            bytemuck::bytes_of(&block),
+            bytemuck::cast_slice(&self.cells),
+            bytemuck::cast_slice(&columns),
+        ];
+        bytes.map(<[u8]>::to_vec)
     }
 
     /// Appends the cuts of the cell that holds a pixel and returns its word.

@@ -3,7 +3,8 @@
 use super::close::Close;
 use super::far::{self, Far};
 use super::pack::{Format, Packed, Table};
-use super::view::{FAR, Layer, UNIFORM_STEP, ViewUniforms};
+use super::patches::larger;
+use super::view::{FAR, Layer, Pass, SURVEY, SURVEY_BINDING, UNIFORM_STEP, ViewUniforms};
 use super::{failed, picture};
 use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
@@ -18,11 +19,13 @@ pub(super) struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
     format: wgpu::TextureFormat,
-    /// Of the uniforms, of the tables, and of a level's colours.
-    layouts: [wgpu::BindGroupLayout; 3],
+    /// Of the uniforms, of the tables, of a level's colours, and of the survey.
+    layouts: [wgpu::BindGroupLayout; 4],
     /// One for each of the draws: what is of one region, of two, the rest, the same in several samples
-    /// and with styles, and what is far away.
-    pipelines: [wgpu::RenderPipeline; 6],
+    /// and with styles, what is far away, and the survey.
+    pipelines: [wgpu::RenderPipeline; 7],
+    /// The table of patches: the largest that a frame needed so far.
+    survey: Mutex<Survey>,
     max_side: u32,
     failure: Failure,
 }
@@ -32,13 +35,38 @@ pub struct Scene {
     pub(super) image: Arc<Image>,
     tables: Vec<wgpu::Texture>,
     bindings: wgpu::BindGroup,
-    /// What takes the place of two of the tables from close by, and all bound.
-    close: [wgpu::Texture; 2],
+    /// What takes the place of all tables but the styles' from close by, and all bound.
+    close: [wgpu::Texture; 3],
     close_bindings: wgpu::BindGroup,
     pub(super) reach: Reach,
     /// From far away: its colours, and all bound.
     levels: OnceLock<Vec<(wgpu::TextureView, wgpu::BindGroup)>>,
     pub(super) far: Far,
+}
+
+/// What patches of a frame's scenes are: a table that is painted before these are.
+#[derive(Clone)]
+struct Survey {
+    size: [u32; 2],
+    view: wgpu::TextureView,
+    bindings: wgpu::BindGroup,
+}
+
+impl Survey {
+    fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, size: [u32; 2]) -> Self {
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let texture = create_texture(device, size, wgpu::TextureFormat::Rgba32Uint, usage);
+        let view = texture.create_view(&Default::default());
+        let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: SURVEY_BINDING,
+                resource: wgpu::BindingResource::TextureView(&view),
+            }],
+        });
+        Survey { size, view, bindings }
+    }
 }
 
 /// The first thing that went wrong on the device. wgpu reports it in a callback.
@@ -92,7 +120,8 @@ impl Gpu {
             return Err(Error::Gpu(describe(e)));
         }
         failure.check()?;
-        Ok(Gpu { device, queue, format, layouts, pipelines, max_side, failure })
+        let survey = Mutex::new(Survey::new(&device, &layouts[3], [64; 2]));
+        Ok(Gpu { device, queue, format, layouts, pipelines, survey, max_side, failure })
     }
 
     /// The largest side of a target.
@@ -109,7 +138,7 @@ impl Gpu {
         let close = Close::room().map(|table| self.create_table(&table));
         let [blocks, cells, cuts, styles] = &tables[..] else { unreachable!("there are four") };
         let bindings = self.bind_tables([blocks, cells, cuts, styles]);
-        let close_bindings = self.bind_tables([blocks, &close[0], &close[1], styles]);
+        let close_bindings = self.bind_tables([&close[0], &close[1], &close[2], styles]);
         self.failure.check()?;
         Ok(Scene {
             image,
@@ -157,10 +186,11 @@ impl Gpu {
         }
     }
 
-    /// Draws scenes, one over the other, into `view`.
+    /// Draws scenes, whose survey is so large, one over the other into `view`.
     pub fn draw(
         &self,
         layers: &[(&Scene, Layer)],
+        size: [u32; 2],
         view: &wgpu::TextureView,
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<()> {
@@ -172,29 +202,45 @@ impl Gpu {
                 self.write(table, [0, 0], [table.width(), table.height()], &bytes);
             }
         }
+        let survey = self.survey(size);
+        let bindings = [&uniforms, &survey.bindings];
         let mut place = 0;
         let mut frame = Vec::with_capacity(layers.len());
         for (scene, layer) in layers {
             for ((level, _), layer) in self.levels(scene).iter().zip(&layer.first) {
-                self.paint(level, encoder, &uniforms, &[(scene, layer, place)]);
+                let layers = [(*scene, layer, place)];
+                self.paint(Pass::Frame, level, encoder, bindings, &layers);
                 place += UNIFORM_STEP;
             }
             frame.push((*scene, layer, place));
             place += UNIFORM_STEP;
         }
-        self.paint(view, encoder, &uniforms, &frame);
+        if size != [0; 2] {
+            self.paint(Pass::Survey, &survey.view, encoder, bindings, &frame);
+        }
+        self.paint(Pass::Frame, view, encoder, bindings, &frame);
         Ok(())
     }
 
-    /// Paints layers, whose uniforms are in these places, into one target.
+    /// A survey of that size or larger.
+    fn survey(&self, needed: [u32; 2]) -> Survey {
+        let mut own = self.survey.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(size) = larger(own.size, needed) {
+            *own = Survey::new(&self.device, &self.layouts[3], size);
+        }
+        own.clone()
+    }
+
+    /// Paints what a pass has of layers, whose uniforms are in these places, into one target.
     fn paint(
         &self,
+        pass: Pass,
         view: &wgpu::TextureView,
         encoder: &mut wgpu::CommandEncoder,
-        uniforms: &wgpu::BindGroup,
+        [uniforms, survey]: [&wgpu::BindGroup; 2],
         layers: &[(&Scene, &Layer, u32)],
     ) {
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        let mut to = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view,
                 depth_slice: None,
@@ -206,19 +252,23 @@ impl Gpu {
             })],
             ..Default::default()
         });
+        // What is painted is not to be read.
+        if pass == Pass::Frame {
+            to.set_bind_group(2, survey, &[]);
+        }
         for &(scene, layer, place) in layers {
-            let [from, to] = layer.own;
-            pass.set_scissor_rect(from[0], from[1], to[0] - from[0], to[1] - from[1]);
-            pass.set_bind_group(0, uniforms, &[place]);
+            let Some([low, high]) = layer.area(pass) else { continue };
+            to.set_scissor_rect(low[0], low[1], high[0] - low[0], high[1] - low[1]);
+            to.set_bind_group(0, uniforms, &[place]);
             let tables = match (layer.far, &layer.close) {
                 (Some(level), _) => &self.levels(scene)[level].1,
                 (None, Some(_)) => &scene.close_bindings,
                 (None, None) => &scene.bindings,
             };
-            pass.set_bind_group(1, tables, &[]);
-            for (draw, [first, vertices, instances]) in layer.draws() {
-                pass.set_pipeline(&self.pipelines[draw]);
-                pass.draw(first..first + vertices, 0..instances);
+            to.set_bind_group(1, tables, &[]);
+            for (draw, [first, vertices, instances]) in layer.draws(pass) {
+                to.set_pipeline(&self.pipelines[draw]);
+                to.draw(first..first + vertices, 0..instances);
             }
         }
     }
@@ -234,7 +284,7 @@ impl Gpu {
                 ..Default::default()
             });
             let level = |(_, size)| {
-                let texture = self.create_texture(size, self.format, usage);
+                let texture = create_texture(&self.device, size, self.format, usage);
                 let view = texture.create_view(&Default::default());
                 let colors = wgpu::BindingResource::TextureView(&view);
                 let bindings = self.bind(2, [colors, wgpu::BindingResource::Sampler(&between)]);
@@ -275,31 +325,13 @@ impl Gpu {
         self.failure.check()
     }
 
-    pub(super) fn create_texture(
-        &self,
-        [width, height]: [u32; 2],
-        format: wgpu::TextureFormat,
-        usage: wgpu::TextureUsages,
-    ) -> wgpu::Texture {
-        self.device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage,
-            view_formats: &[],
-        })
-    }
-
     fn create_table(&self, table: &Table<'_>) -> wgpu::Texture {
         let format = match table.format {
             Format::R32Uint => wgpu::TextureFormat::R32Uint,
             Format::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
         };
         let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-        let texture = self.create_texture(table.size, format, usage);
+        let texture = create_texture(&self.device, table.size, format, usage);
         if !table.bytes.is_empty() {
             self.write(&texture, [0, 0], table.size, table.bytes);
         }
@@ -326,8 +358,26 @@ impl Gpu {
     }
 }
 
-/// The view's uniforms, one block for each layer, the scene's tables, and a level of its colours.
-fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 3] {
+pub(super) fn create_texture(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+/// The view's uniforms, one block for each layer, the scene's tables, a level of its colours, and the survey.
+fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 4] {
     let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
@@ -355,31 +405,39 @@ fn bind_group_layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 3] {
         texture(0, wgpu::TextureSampleType::Float { filterable: true }),
         entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
     ];
-    [&[uniforms][..], &tables, &colors].map(|entries| {
+    let survey = [texture(SURVEY_BINDING, wgpu::TextureSampleType::Uint)];
+    [&[uniforms][..], &tables, &colors, &survey].map(|entries| {
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries })
     })
 }
 
 fn pipelines(
     device: &wgpu::Device,
-    [uniforms, tables, colors]: &[wgpu::BindGroupLayout; 3],
+    [uniforms, tables, colors, survey]: &[wgpu::BindGroupLayout; 4],
     format: wgpu::TextureFormat,
-) -> [wgpu::RenderPipeline; 6] {
+) -> [wgpu::RenderPipeline; 7] {
     let source = wgpu::ShaderSource::Wgsl(picture::WGSL.into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
-    let layout = |bound| {
+    let layout = |bind_group_layouts: &[_]| {
         device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
-            bind_group_layouts: &[Some(uniforms), Some(bound)],
+            bind_group_layouts,
             immediate_size: 0,
         })
     };
-    let (of_tables, of_colors) = (layout(tables), layout(colors));
+    let of_patches = layout(&[Some(uniforms), Some(tables), Some(survey)]);
+    let of_tables = layout(&[Some(uniforms), Some(tables)]);
+    let of_colors = layout(&[Some(uniforms), Some(colors)]);
     std::array::from_fn(|draw| {
         let [vertex, fragment] = picture::ENTRY_POINTS[draw];
+        let (layout, format) = match draw {
+            FAR => (&of_colors, format),
+            SURVEY => (&of_tables, wgpu::TextureFormat::Rgba32Uint),
+            _ => (&of_patches, format),
+        };
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: None,
-            layout: Some(if draw == FAR { &of_colors } else { &of_tables }),
+            layout: Some(layout),
             vertex: wgpu::VertexState {
                 module: &module,
                 entry_point: Some(vertex),

@@ -1,5 +1,5 @@
-//! The squares in which a scene is drawn: what is the same all over one is looked up at its corners,
-//! once, and not at each of its pixels. See `shaders/picture.wgsl`.
+//! The squares in which a scene is drawn: what is the same all over one is found out once, and not at each of its pixels.
+//! A pass before that of the frame does it, the *survey*: `shaders/survey.wgsl`. By it `shaders/picture.wgsl` draws.
 
 use crate::placement::SceneView;
 
@@ -14,6 +14,10 @@ const NARROW: f64 = 16.0;
 /// Parts of a pixel of the scene that a patch is at least. From closer by than that, patches are squares of
 /// the screen.
 const FINEST: f64 = 1.0 / 64.0;
+
+/// How large the survey is at most, the texture that says what a frame's patches are: every WebGL2 device has them as
+/// large, and one scene's patches are no more than that.
+const SURVEY: [u32; 2] = [1024, 2048];
 
 /// Equal squares that cover what is seen of a scene. Each lies in one pixel of the scene or is made of whole
 /// ones; from close by they are squares of the screen, and the cells' borders are theirs.
@@ -90,6 +94,42 @@ impl Patches {
     }
 }
 
+/// Where the patches of a frame's scenes stand in the survey: side by side, and where there is no more room below all
+/// before.
+#[derive(Debug, Default)]
+pub(super) struct Shelves {
+    next: [u32; 2],
+    size: [u32; 2],
+}
+
+impl Shelves {
+    /// What is taken, from the upper left.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Room for so many patches along each axis: where the upper left one stands. `None` where there is none left.
+    pub fn place(&mut self, [width, height]: [u32; 2]) -> Option<[u32; 2]> {
+        if self.next[0] + width > SURVEY[0] {
+            self.next = [0, self.size[1]];
+        }
+        let at = self.next;
+        let to = [at[0] + width, at[1] + height];
+        if to[0] > SURVEY[0] || to[1] > SURVEY[1] {
+            return None;
+        }
+        self.next[0] = to[0];
+        self.size = [self.size[0].max(to[0]), self.size[1].max(to[1])];
+        Some(at)
+    }
+}
+
+/// How large the texture of a survey is to become that is `needed`, where it is smaller. It is at least a texel.
+pub(super) fn larger(size: [u32; 2], needed: [u32; 2]) -> Option<[u32; 2]> {
+    let grown = [0, 1].map(|axis| size[axis].max(needed[axis].next_power_of_two()));
+    (grown != size).then_some(grown)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -135,6 +175,25 @@ mod tests {
                 "{scale}×: {columns} × {rows}"
             );
         }
+    }
+
+    #[test]
+    fn they_stand_in_the_survey_side_by_side_as_long_as_there_is_room() {
+        let mut shelves = Shelves::default();
+        assert_eq!(shelves.place([500, 100]), Some([0, 0]));
+        assert_eq!(shelves.place([524, 300]), Some([500, 0]));
+        assert_eq!(shelves.place([1, 2]), Some([0, 300]));
+        assert_eq!(shelves.place([1024, 1746]), Some([0, 302]));
+        assert_eq!(shelves.place([1, 1]), None);
+        assert_eq!(shelves.size(), [1024, 2048]);
+        assert_eq!(Shelves::default().place([1025, 1]), None);
+    }
+
+    #[test]
+    fn the_survey_grows_where_it_must() {
+        assert_eq!(larger([0; 2], [0; 2]), Some([1; 2]));
+        assert_eq!(larger([64; 2], [64, 3]), None);
+        assert_eq!(larger([64; 2], [3, 65]), Some([64, 128]));
     }
 
     #[test]

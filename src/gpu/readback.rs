@@ -1,8 +1,8 @@
 //! Drawing into memory, natively: no window, no surface.
 
 use super::failed;
-use super::native::{Gpu, MAX_SIDE, Scene};
-use super::view::{Alpha, Layer, Origin, Target};
+use super::native::{self, Gpu, MAX_SIDE, Scene};
+use super::view::{Alpha, Frame, Layer, Origin, Target};
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::model::{Image, RegionId};
@@ -116,7 +116,11 @@ impl Renderer {
         self.draw(&layers(scenes, camera, true, true), camera)
     }
 
-    fn draw(&self, layers: &[(&Scene, Layer)], camera: &Camera) -> Result<Vec<[u8; 4]>> {
+    fn draw(
+        &self,
+        frame: &(Vec<(&Scene, Layer)>, [u32; 2]),
+        camera: &Camera,
+    ) -> Result<Vec<[u8; 4]>> {
         let [width, height] = camera.viewport();
         if width == 0 || height == 0 {
             return Err(Error::Usage("the viewport has no pixels".into()));
@@ -138,7 +142,7 @@ impl Renderer {
         });
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let view = target.create_view(&Default::default());
-        self.gpu.draw(layers, &view, &mut encoder)?;
+        self.gpu.draw(&frame.0, frame.1, &view, &mut encoder)?;
         encoder.copy_texture_to_buffer(
             target.as_image_copy(),
             wgpu::TexelCopyBufferInfo {
@@ -170,11 +174,11 @@ impl Renderer {
         let [width, height] = camera.viewport();
         let target = self.target([width, height]);
         let view = target.create_view(&Default::default());
-        let layers = layers(scenes, camera, true, is_moving);
+        let (layers, survey) = layers(scenes, camera, true, is_moving);
         let start = std::time::Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         for _ in 0..frames {
-            self.gpu.draw(&layers, &view, &mut encoder)?;
+            self.gpu.draw(&layers, survey, &view, &mut encoder)?;
         }
         self.gpu.queue.submit([encoder.finish()]);
         self.wait()?;
@@ -183,7 +187,7 @@ impl Renderer {
 
     fn target(&self, size: [u32; 2]) -> wgpu::Texture {
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-        self.gpu.create_texture(size, FORMAT, usage)
+        native::create_texture(&self.gpu.device, size, FORMAT, usage)
     }
 
     fn wait(&self) -> Result<()> {
@@ -203,20 +207,22 @@ impl Renderer {
     }
 }
 
-/// What scenes add to a frame of the whole viewport.
+/// What scenes add to a frame of the whole viewport, and how large their survey is.
 fn layers<'a>(
     scenes: &[(&'a Scene, Placement)],
     camera: &Camera,
     antialias: bool,
     is_moving: bool,
-) -> Vec<(&'a Scene, Layer)> {
+) -> (Vec<(&'a Scene, Layer)>, [u32; 2]) {
     let size = camera.viewport();
     let to = Target { height: size[1], origin: Origin::TopLeft, alpha: Alpha::Straight };
+    let mut frame = Frame::new(camera, to, size, antialias);
     let layer = |&(scene, placement): &(&'a Scene, Placement)| {
-        let (styles, far) = ((antialias, scene.reach), is_moving.then_some(&scene.far));
-        Some((scene, Layer::new(&placement, &scene.image, camera, to, size, styles, far)?))
+        let far = is_moving.then_some(&scene.far);
+        Some((scene, frame.layer(&placement, &scene.image, scene.reach, far)?))
     };
-    scenes.iter().filter_map(layer).collect()
+    let layers = scenes.iter().filter_map(layer).collect();
+    (layers, frame.survey())
 }
 
 /// Draws one view of one picture on whatever GPU there is: straight RGBA, rows from the top, as many

@@ -3,7 +3,7 @@
 
 use super::close::Close;
 use super::far::{self, Far, Use};
-use super::patches::Patches;
+use super::patches::{Patches, Shelves};
 use crate::camera::{Camera, Turned};
 use crate::kernel::Kernel;
 use crate::model::Image;
@@ -43,12 +43,30 @@ pub struct Target {
 /// An edge that is not in sight, in pixels of the viewport.
 const FAR_AWAY: f32 = 1e9;
 
+/// From close by, screen pixels from the middle of the viewport to where the picture would end.
+const RIM: i32 = 1 << 28;
+
 /// The number of the draw that paints what is far away: it reads a level's colours, where others read a scene's
 /// tables.
 pub(super) const FAR: usize = 5;
 
+/// The number of the draw that surveys a scene's patches, before all others: into a texture that these read.
+pub(super) const SURVEY: usize = 6;
+
+/// The survey's place in its bind group: in GLSL there are no groups, and the tables have the places before.
+pub(super) const SURVEY_BINDING: u32 = 4;
+
 /// From one layer's uniforms to the next in a buffer: what every WebGPU device allows.
 pub(super) const UNIFORM_STEP: u32 = 256;
+
+/// The passes that a frame takes, beside those that make levels of colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Pass {
+    /// What patches are, into a texture.
+    Survey,
+    /// The frame itself, or a level.
+    Frame,
+}
 
 /// A scene's part of a frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,18 +86,36 @@ pub(crate) struct Layer {
     pub own: [[u32; 2]; 2],
 }
 
-impl Layer {
-    /// What a scene adds to a frame of `size` pixels; `None` where it adds nothing. A frame smaller
-    /// than the viewport shows its top left part. While the view moves there is `far`: the frame is to be quick.
-    pub fn new(
+/// A frame of `size` pixels, and what its layers share. One smaller than the viewport shows its top left part.
+pub(crate) struct Frame<'a> {
+    camera: &'a Camera,
+    target: Target,
+    size: [u32; 2],
+    antialias: bool,
+    shelves: Shelves,
+}
+
+impl<'a> Frame<'a> {
+    /// One that has no layers yet.
+    pub fn new(camera: &'a Camera, target: Target, size: [u32; 2], antialias: bool) -> Self {
+        Frame { camera, target, size, antialias, shelves: Shelves::default() }
+    }
+
+    /// How large the survey of its layers is so far.
+    pub fn survey(&self) -> [u32; 2] {
+        self.shelves.size()
+    }
+
+    /// What a scene adds to it; `None` where it adds nothing. While the view moves there is `far`: the frame is to be
+    /// quick.
+    pub fn layer(
+        &mut self,
         placement: &Placement,
         image: &Image,
-        camera: &Camera,
-        target: Target,
-        size: [u32; 2],
-        (antialias, styles): (bool, Reach),
+        styles: Reach,
         far: Option<&Far>,
-    ) -> Option<Self> {
+    ) -> Option<Layer> {
+        let Frame { camera, target, size, antialias, ref mut shelves } = *self;
         let turned = camera.turned(size);
         let view = placement.seen(&turned.upright, antialias)?;
         let own = if camera.is_turned() { around(&turned, view.own)? } else { view.own };
@@ -101,8 +137,10 @@ impl Layer {
         if let Some(close) = &close {
             uniforms.split = close.split;
             uniforms.flags |= ViewUniforms::CLOSE;
-            // Places are on the screen, from its middle.
+            // Places are on the screen, from its middle, and its rim is nowhere near.
             (uniforms.offset, uniforms.pixel, uniforms.sub_pixel) = ([0.0; 2], 1.0, 1.0);
+            (uniforms.anchor, uniforms.last) = ([RIM; 2], [2 * RIM; 2]);
+            uniforms.block_log2 = Close::BLOCK_LOG2;
         } else if antialias && far.is_none() && view.is_cut_at_borders(uniforms.samples.into()) {
             // Not while the view moves: it takes half as long again, for what nobody sees then.
             uniforms.flags |= ViewUniforms::CUT_AT_BORDERS;
@@ -110,16 +148,6 @@ impl Layer {
                 uniforms.flags |= ViewUniforms::CORNERS;
             }
         }
-        let patches = match &close {
-            Some(close) => Some(Patches::close(view.viewport, close.split)),
-            None => Patches::new(&view, image.block_log2),
-        };
-        if patches.is_some() {
-            uniforms.flags |= ViewUniforms::PATCHES;
-        }
-        let patches = patches.unwrap_or(Patches::ONE);
-        (uniforms.patches, uniforms.start) = (patches.count, patches.start);
-        uniforms.patch_width = patches.width;
         // Patterns are the screen's, not the scene's. And what is streamed has levels of its own: those of many tiles
         // would take memory for little.
         let is_whole = (placement.origin, placement.size) == ([0; 2], camera.picture());
@@ -128,13 +156,38 @@ impl Layer {
             uniforms.texel = (1u32 << log2) as f32;
             (level, far.next())
         });
-        let (far, first) = match level {
-            None | Some((_, Use::Without)) => (None, Vec::new()),
-            Some((level, Use::Make)) => (Some(level), Self::levels(image, uniforms)),
-            Some((level, Use::Draw)) => (Some(level), Vec::new()),
+        let far = level.filter(|(_, of)| *of != Use::Without);
+        let mut patches = match &close {
+            _ if far.is_some() => None,
+            Some(close) => Some(Patches::close(view.viewport, close.split)),
+            None => Patches::new(&view, image.block_log2),
         };
+        // Where there is no room for their survey, the scene is drawn without them.
+        if let Some(at) = patches.and_then(|patches| shelves.place(patches.count)) {
+            uniforms.survey = at;
+            uniforms.flags |= ViewUniforms::PATCHES;
+        } else {
+            patches = None;
+        }
+        let patches = patches.unwrap_or(Patches::ONE);
+        (uniforms.patches, uniforms.start) = (patches.count, patches.start);
+        uniforms.patch_width = patches.width;
+        let first = match far {
+            Some((_, Use::Make)) => Layer::levels(image, uniforms),
+            _ => Vec::new(),
+        };
+        let far = far.map(|(level, _)| level);
         let is_styled = styles.patterns || uniforms.reach > 0.0;
         Some(Layer { uniforms, close, far, first, is_styled, patches, own })
+    }
+}
+
+impl Layer {
+    /// Its part of the survey: from, to (not included). `None` where it is not drawn in patches.
+    fn survey(&self) -> Option<[[u32; 2]; 2]> {
+        let (at, count) = (self.uniforms.survey, self.patches.count);
+        let in_patches = self.uniforms.flags & ViewUniforms::PATCHES != 0;
+        in_patches.then(|| [at, [0, 1].map(|axis| at[axis] + count[axis])])
     }
 
     /// What makes the levels of a scene's colours, each in a target of its own: the first of the scene, and each
@@ -186,9 +239,17 @@ impl Layer {
         bytes
     }
 
-    /// The draws that paint it: the number of each, its first vertex, and how many vertices and instances it
-    /// has.
-    pub fn draws(&self) -> impl Iterator<Item = (usize, [u32; 3])> {
+    /// Where it paints in a pass: from, to (not included). `None` where it adds nothing to that of the survey.
+    pub fn area(&self, pass: Pass) -> Option<[[u32; 2]; 2]> {
+        match pass {
+            Pass::Survey => self.survey(),
+            Pass::Frame => Some(self.own),
+        }
+    }
+
+    /// The draws that paint it in a pass: the number of each, its first vertex, and how many vertices and instances
+    /// it has.
+    pub fn draws(&self, pass: Pass) -> impl Iterator<Item = (usize, [u32; 3])> {
         let [corners, rows] = [self.patches.corners(), self.patches.rows()];
         let patches = |kind| [kind * corners, corners, rows];
         let one = (0, patches(0));
@@ -199,13 +260,20 @@ impl Layer {
             false => 2,
         };
         let rest = (rest, patches(2));
-        let far = (FAR, [0, 3, 1]);
-        let in_patches = self.uniforms.flags & ViewUniforms::PATCHES != 0;
+        // A triangle that covers all.
+        let all = [0, 3, 1];
+        let is_survey = pass == Pass::Survey;
+        let is_plain = self.survey().is_some() && !is_survey;
         let is_far = self.far.is_some();
-        let is_plain = in_patches && !is_far;
-        [(one, is_plain), (two, is_plain), (rest, !is_far), (far, is_far)]
-            .into_iter()
-            .filter_map(|(draw, is_wanted)| is_wanted.then_some(draw))
+        [
+            (one, is_plain),
+            (two, is_plain),
+            (rest, !is_far && !is_survey),
+            ((FAR, all), is_far),
+            ((SURVEY, all), is_survey),
+        ]
+        .into_iter()
+        .filter_map(|(draw, is_wanted)| is_wanted.then_some(draw))
     }
 }
 
@@ -270,8 +338,8 @@ pub struct ViewUniforms {
     pub reach: f32,
     /// From far away: the width of the colours' texels, in pixels of the scene.
     pub texel: f32,
-    /// Nothing: what follows is aligned.
-    pub gap: [u32; 2],
+    /// Where its patches stand in the survey: the upper left one.
+    pub survey: [u32; 2],
     /// The middle of the viewport in a pattern's pixels, how many of these a screen pixel is, and
     /// screen pixels per source pixel.
     pub pattern: [f32; 4],
@@ -348,7 +416,7 @@ impl ViewUniforms {
             flags,
             reach: 0.0,
             texel: 1.0,
-            gap: [0; 2],
+            survey: [0; 2],
             pattern: [x, y, step, view.source].map(|n| n as f32),
         }
     }

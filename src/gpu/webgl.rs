@@ -3,11 +3,12 @@
 
 use super::close::Close;
 use super::pack::{Format, Packed, Table};
+use super::patches::larger;
 use super::picture;
-use super::view::Layer;
+use super::view::{Layer, Pass, SURVEY_BINDING};
 use crate::error::{Error, Result};
 use js_sys::Array;
-use std::cell::{OnceCell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{
     OffscreenCanvas, WebGl2RenderingContext as Gl, WebGlFramebuffer, WebGlProgram, WebGlTexture,
@@ -24,13 +25,17 @@ pub(super) struct WebGl {
     shaders: Array,
     /// What is drawn into that is not the canvas.
     framebuffer: Option<WebGlFramebuffer>,
+    /// What patches of a frame's scenes are: a table that is painted before these are. As large as a frame needed it so
+    /// far.
+    survey: RefCell<Option<WebGlTexture>>,
+    survey_size: Cell<[u32; 2]>,
     max_side: u32,
 }
 
 /// A picture's textures in the context that made them.
 pub(super) struct Scene {
     gl: Gl,
-    /// After the scene's own tables the two that take the place of some from close by.
+    /// After the scene's own tables the three that take the place of some from close by.
     tables: Vec<WebGlTexture>,
     /// From far away: its colours.
     levels: RefCell<Vec<WebGlTexture>>,
@@ -53,7 +58,9 @@ impl WebGl {
         let max_side = max_side.unwrap_or(0.0) as u32;
         let framebuffer = gl.create_framebuffer();
         let programs = [const { OnceCell::new() }; picture::ENTRY_POINTS.len()];
-        let own = WebGl { gl, canvas, programs, shaders, framebuffer, max_side };
+        let (survey, survey_size) = Default::default();
+        let own =
+            WebGl { gl, canvas, programs, shaders, framebuffer, survey, survey_size, max_side };
         // Asked for now, so that a driver that refuses it is told of before anything is drawn. Of the draws of most first
         // frames, which show all of a picture, it is the one with most in it.
         own.program(3)?;
@@ -108,8 +115,8 @@ impl WebGl {
         let _ = self.write(Format::Rgba32Uint, at, size, bytemuck::cast_slice(words));
     }
 
-    /// Draws scenes on the canvas, `size` large, one over the other.
-    pub fn draw(&self, layers: &[(&Scene, Layer)], size: [u32; 2]) -> Result<()> {
+    /// Draws scenes, whose survey is so large, on the canvas, `size` large, one over the other.
+    pub fn draw(&self, layers: &[(&Scene, Layer)], survey: [u32; 2], size: [u32; 2]) -> Result<()> {
         let gl = &self.gl;
         if gl.is_context_lost() {
             return Err(lost(gl));
@@ -120,12 +127,10 @@ impl WebGl {
             self.canvas.set_height(height);
         }
         gl.enable(Gl::SCISSOR_TEST);
-        for (scene, layer) in layers.iter().filter(|(_, layer)| !layer.first.is_empty()) {
-            gl.bind_framebuffer(Gl::FRAMEBUFFER, self.framebuffer.as_ref());
-            let made = self.make_levels(scene, &layer.first);
-            gl.bind_framebuffer(Gl::FRAMEBUFFER, None);
-            made?;
-        }
+        gl.bind_framebuffer(Gl::FRAMEBUFFER, self.framebuffer.as_ref());
+        let made = self.prepare(layers, survey);
+        gl.bind_framebuffer(Gl::FRAMEBUFFER, None);
+        made?;
         gl.viewport(0, 0, width as i32, height as i32);
         gl.disable(Gl::SCISSOR_TEST);
         gl.clear(Gl::COLOR_BUFFER_BIT);
@@ -134,36 +139,85 @@ impl WebGl {
             let [from, to] = layer.own.map(|at| at.map(|n| n as i32));
             // Rows are counted from below.
             gl.scissor(from[0], height as i32 - to[1], to[0] - from[0], to[1] - from[1]);
-            self.paint(scene, layer)?;
+            self.paint(Pass::Frame, scene, layer)?;
         }
         Ok(())
+    }
+
+    /// Draws what the frame itself is made of, into textures that take the bound framebuffer.
+    fn prepare(&self, layers: &[(&Scene, Layer)], size: [u32; 2]) -> Result<()> {
+        let gl = &self.gl;
+        self.make_room(size)?;
+        for (scene, layer) in layers {
+            self.make_levels(scene, &layer.first)?;
+        }
+        if size == [0; 2] {
+            return Ok(());
+        }
+        // What is painted is not to be read, not even by what does not read it.
+        self.bind_survey(None);
+        let survey = self.survey.borrow();
+        self.paint_on(survey.as_ref(), self.survey_size.get());
+        for (scene, layer) in layers {
+            if let Some([low, high]) = layer.area(Pass::Survey) {
+                let [x, y, width, height] = [low[0], low[1], high[0] - low[0], high[1] - low[1]];
+                gl.scissor(x as i32, y as i32, width as i32, height as i32);
+                self.paint(Pass::Survey, scene, layer)?;
+            }
+        }
+        self.bind_survey(survey.as_ref());
+        Ok(())
+    }
+
+    fn bind_survey(&self, survey: Option<&WebGlTexture>) {
+        self.gl.active_texture(Gl::TEXTURE0 + SURVEY_BINDING);
+        self.gl.bind_texture(Gl::TEXTURE_2D, survey);
+    }
+
+    /// Has the survey be as large as that, if it is smaller. There is one even where nothing is surveyed.
+    fn make_room(&self, needed: [u32; 2]) -> Result<()> {
+        if let Some(size) = larger(self.survey_size.get(), needed) {
+            let texture = self.gl.create_texture().ok_or_else(|| lost(&self.gl))?;
+            self.bind_survey(Some(&texture));
+            self.fill(&Table { format: Format::Rgba32Uint, size, bytes: &[] })?;
+            self.survey_size.set(size);
+            self.gl.delete_texture(self.survey.replace(Some(texture)).as_ref());
+        }
+        Ok(())
+    }
+
+    /// Has the bound framebuffer take all of a texture.
+    fn paint_on(&self, texture: Option<&WebGlTexture>, size: [u32; 2]) {
+        let gl = &self.gl;
+        let target = Gl::COLOR_ATTACHMENT0;
+        gl.framebuffer_texture_2d(Gl::FRAMEBUFFER, target, Gl::TEXTURE_2D, texture, 0);
+        let [width, height] = size.map(|n| n as i32);
+        gl.viewport(0, 0, width, height);
+        gl.scissor(0, 0, width, height);
     }
 
     /// Draws the levels of a scene's colours, each into a texture of its own that takes the bound framebuffer.
     fn make_levels(&self, scene: &Scene, layers: &[Layer]) -> Result<()> {
         let gl = &self.gl;
         for (i, layer) in layers.iter().enumerate() {
-            let [width, height] = layer.own[1].map(|n| n as i32);
+            let size = layer.own[1];
             if scene.levels.borrow().len() <= i {
                 let texture = gl.create_texture().ok_or_else(|| lost(gl))?;
                 gl.active_texture(Gl::TEXTURE0);
                 gl.bind_texture(Gl::TEXTURE_2D, Some(&texture));
+                let [width, height] = size.map(|n| n as i32);
                 gl.tex_storage_2d(Gl::TEXTURE_2D, 1, Gl::RGBA8, width, height);
                 filter(gl, Gl::LINEAR);
                 scene.levels.borrow_mut().push(texture);
             }
-            let levels = scene.levels.borrow();
-            let (target, to) = (Gl::COLOR_ATTACHMENT0, levels.get(i));
-            gl.framebuffer_texture_2d(Gl::FRAMEBUFFER, target, Gl::TEXTURE_2D, to, 0);
-            gl.viewport(0, 0, width, height);
-            gl.scissor(0, 0, width, height);
-            self.paint(scene, layer)?;
+            self.paint_on(scene.levels.borrow().get(i), size);
+            self.paint(Pass::Frame, scene, layer)?;
         }
         Ok(())
     }
 
-    /// Draws a layer into what is bound.
-    fn paint(&self, scene: &Scene, layer: &Layer) -> Result<()> {
+    /// Draws what a pass has of a layer into what is bound.
+    fn paint(&self, pass: Pass, scene: &Scene, layer: &Layer) -> Result<()> {
         let gl = &self.gl;
         for (unit, place) in (Gl::TEXTURE0..).zip(0..Packed::FORMATS.len()) {
             let place = if layer.close.is_some() { Close::PLACES[place] } else { place };
@@ -175,13 +229,13 @@ impl WebGl {
             gl.bind_texture(Gl::TEXTURE_2D, scene.levels.borrow().get(level));
         }
         let words = layer.close.iter().flat_map(Close::words);
-        for ((unit, table), bytes) in (Gl::TEXTURE1..).zip(Close::room()).zip(words) {
+        for ((unit, table), bytes) in (Gl::TEXTURE0..).zip(Close::room()).zip(words) {
             gl.active_texture(unit);
             self.write(table.format, [0, 0], table.size, &bytes)?;
         }
         let bytes = layer.uniforms.as_bytes();
         gl.buffer_data_with_u8_array(Gl::UNIFORM_BUFFER, bytes, Gl::STREAM_DRAW);
-        for (draw, of) in layer.draws() {
+        for (draw, of) in layer.draws(pass) {
             gl.use_program(Some(self.program(draw)?));
             let [first, vertices, instances] = of.map(|n| n as i32);
             gl.draw_arrays_instanced(Gl::TRIANGLES, first, vertices, instances);
@@ -267,14 +321,15 @@ fn link(gl: &Gl, stages: Array) -> Result<WebGlProgram> {
     if gl.is_context_lost() {
         return Err(lost(gl));
     }
-    let logs = shaders.iter().map(|shader| gl.get_shader_info_log(shader));
-    let what: Vec<String> = logs.chain([gl.get_program_info_log(&program)]).flatten().collect();
     let mut message = String::from("the WebGL2 driver refused the shader:");
-    for line in what {
-        // Not `join`: it is a kilobyte of wasm.
+    let mut say = |log: Option<String>| {
         message.push(' ');
-        message += &line;
+        message += &log.unwrap_or_default();
+    };
+    for shader in &shaders {
+        say(gl.get_shader_info_log(shader));
     }
+    say(gl.get_program_info_log(&program));
     Err(Error::Gpu(message))
 }
 

@@ -3,11 +3,12 @@
 
 use super::close::Close;
 use super::pack::{Format, Packed, Table};
+use super::patches::larger;
 use super::picture;
-use super::view::{FAR, Layer, UNIFORM_STEP, ViewUniforms};
-use super::webgpu_sys::{Context, Device, Queue, Texture, object};
+use super::view::{FAR, Layer, Pass, SURVEY, SURVEY_BINDING, UNIFORM_STEP, ViewUniforms};
+use super::webgpu_sys::{Context, Device, Queue, Texture, list, object};
 use crate::error::{Error, Result};
-use js_sys::{Array, Object};
+use js_sys::{Array, JSON, Object};
 use std::cell::{OnceCell, RefCell};
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::OffscreenCanvas;
@@ -18,12 +19,11 @@ const MAX_SIDE: u32 = 8192;
 /// `GPUTextureUsage.COPY_DST | GPUTextureUsage.TEXTURE_BINDING`.
 const TABLE_USAGE: u32 = 0x02 | 0x04;
 /// `GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.RENDER_ATTACHMENT`.
-const LEVEL_USAGE: u32 = 0x04 | 0x10;
+const TARGET_USAGE: u32 = 0x04 | 0x10;
 /// `GPUBufferUsage.COPY_DST | GPUBufferUsage.UNIFORM`.
 const UNIFORM_USAGE: u32 = 0x08 | 0x40;
 
-/// `GPUShaderStage.VERTEX | GPUShaderStage.FRAGMENT`.
-const STAGES: u32 = 0x1 | 0x2;
+const SURVEY_FORMAT: &str = "rgba32uint";
 
 /// A WebGPU device, the pipelines that paint scenes, and the canvas it draws on.
 pub(super) struct WebGpu {
@@ -31,12 +31,13 @@ pub(super) struct WebGpu {
     queue: Queue,
     canvas: OffscreenCanvas,
     context: Context,
-    layouts: [JsValue; 3],
+    layouts: [JsValue; 4],
     format: JsValue,
     shaders: JsValue,
     /// One for each of the draws. Those that no first frame needs are created when one does.
     pipelines: [OnceCell<JsValue>; picture::ENTRY_POINTS.len()],
     uniforms: RefCell<Uniforms>,
+    survey: RefCell<Survey>,
     /// What went wrong on the device: the browser tells it after the call has long returned.
     faults: Array,
 }
@@ -66,9 +67,20 @@ struct Uniforms {
     bindings: JsValue,
 }
 
+/// What patches of a frame's scenes are: a table that is painted before these are. As large as a frame needed it so far.
+struct Survey {
+    size: [u32; 2],
+    texture: Texture,
+    view: JsValue,
+    bindings: JsValue,
+}
+
+/// The draws whose pipelines are asked for before a first frame.
+const FIRST: [usize; 5] = [0, 1, 2, 3, SURVEY];
+
 /// A picture's textures on the device that made them.
 pub(super) struct Scene {
-    /// After the scene's own tables the two that take the place of some from close by.
+    /// After the scene's own tables the three that take the place of some from close by.
     tables: Vec<Texture>,
     /// As a rule, and from close by.
     bindings: [JsValue; 2],
@@ -99,14 +111,15 @@ impl WebGpu {
         let device: Device = device.unchecked_into();
         let layouts = bind_group_layouts(&device);
         let own = [const { OnceCell::new() }; picture::ENTRY_POINTS.len()];
-        for (own, pipeline) in own.iter().zip(pipelines) {
-            let _ = own.set(pipeline);
+        for (draw, pipeline) in FIRST.into_iter().zip(pipelines) {
+            let _ = own[draw].set(pipeline);
         }
         WebGpu {
             queue: device.queue(),
             canvas,
             context: context.unchecked_into(),
             uniforms: RefCell::new(Uniforms::new(&device, &layouts[0], 16 * UNIFORM_STEP as usize)),
+            survey: RefCell::new(Survey::new(&device, &layouts, [64; 2])),
             device,
             layouts,
             format,
@@ -145,8 +158,13 @@ impl WebGpu {
         self.write(&scene.tables[Packed::STYLES], at, size, bytemuck::cast_slice(words));
     }
 
-    /// Draws scenes on the canvas, `size` large, one over the other.
-    pub fn draw(&self, layers: &[(&Scene, Layer)], size: [u32; 2]) -> Result<()> {
+    /// Draws scenes, whose survey is so large, on the canvas, `size` large, one over the other.
+    pub fn draw(
+        &self,
+        layers: &[(&Scene, Layer)],
+        surveyed: [u32; 2],
+        size: [u32; 2],
+    ) -> Result<()> {
         self.check()?;
         let [width, height] = size;
         if self.canvas.width() != width || self.canvas.height() != height {
@@ -168,42 +186,54 @@ impl WebGpu {
                 self.write(&scene.tables[place], [0, 0], table.size, &bytes);
             }
         }
+        let mut survey = self.survey.borrow_mut();
+        if let Some(size) = larger(survey.size, surveyed) {
+            survey.texture.destroy_texture();
+            *survey = Survey::new(&self.device, &self.layouts, size);
+        }
         let encoder = self.device.create_command_encoder();
-        let paint = |view: &JsValue, layers: &[(&Scene, &Layer, u32)]| {
+        let paint = |pass, view: &JsValue, layers: &[(&Scene, &Layer, u32)]| {
             let attachment = object([
                 ("view", view),
                 // Without a colour to clear with it is transparent.
                 ("loadOp", &"clear".into()),
                 ("storeOp", &"store".into()),
             ]);
-            let attachments = Array::of1(&attachment);
-            let pass = encoder.begin_render_pass(&object([("colorAttachments", &attachments)]));
+            let attachments = list([&attachment]);
+            let to = encoder.begin_render_pass(&object([("colorAttachments", &attachments)]));
+            let none = Array::new();
+            if pass == Pass::Frame {
+                to.set_bind_group(2, &survey.bindings, &none);
+            }
             for &(scene, layer, place) in layers {
-                let [from, to] = layer.own;
-                pass.set_scissor_rect(from[0], from[1], to[0] - from[0], to[1] - from[1]);
-                pass.set_bind_group(0, &uniforms.bindings, &Array::of1(&place.into()));
+                let Some([low, high]) = layer.area(pass) else { continue };
+                to.set_scissor_rect(low[0], low[1], high[0] - low[0], high[1] - low[1]);
+                to.set_bind_group(0, &uniforms.bindings, &list([&place.into()]));
                 let near = &scene.bindings[usize::from(layer.close.is_some())];
                 let far = layer.far.and_then(|level| scene.levels.get()?.get(level));
-                pass.set_bind_group(1, far.map_or(near, |level| &level.bindings), &Array::new());
-                for (draw, [first, vertices, instances]) in layer.draws() {
-                    pass.set_pipeline(self.pipeline(draw));
-                    pass.draw(vertices, instances, first);
+                to.set_bind_group(1, far.map_or(near, |level| &level.bindings), &none);
+                for (draw, [first, vertices, instances]) in layer.draws(pass) {
+                    to.set_pipeline(self.pipeline(draw));
+                    to.draw(vertices, instances, first);
                 }
             }
-            pass.end();
+            to.end();
         };
         let mut place = 0;
         let mut last = Vec::with_capacity(layers.len());
         for (scene, layer) in layers {
             for (first, level) in layer.first.iter().zip(self.levels(scene, &layer.first)) {
-                paint(&level.view, &[(*scene, first, place)]);
+                paint(Pass::Frame, &level.view, &[(*scene, first, place)]);
                 place += UNIFORM_STEP;
             }
             last.push((*scene, layer, place));
             place += UNIFORM_STEP;
         }
-        paint(&frame.create_view(), &last);
-        self.queue.submit(&Array::of1(&encoder.finish()));
+        if surveyed != [0; 2] {
+            paint(Pass::Survey, &survey.view, &last);
+        }
+        paint(Pass::Frame, &frame.create_view(), &last);
+        self.queue.submit(&list([&encoder.finish()]));
         Ok(())
     }
 
@@ -217,13 +247,8 @@ impl WebGpu {
             let between = object([("magFilter", &linear), ("minFilter", &linear)]);
             let between = self.device.create_sampler(&between);
             let level = |layer: &Layer| {
-                let texture = self.device.create_texture(&object([
-                    ("size", &pair(layer.own[1])),
-                    ("format", &self.format),
-                    ("usage", &LEVEL_USAGE.into()),
-                ]));
-                let view = texture.create_view();
-                let entries = Array::of2(&bound(0, &view), &bound(1, &between));
+                let (texture, view) = create_target(&self.device, layer.own[1], &self.format);
+                let entries = list([&bound(0, &view), &bound(1, &between)]);
                 let bindings = bind(&self.device, &self.layouts[2], &entries);
                 Level { texture, view, bindings }
             };
@@ -284,9 +309,28 @@ impl Uniforms {
             ("usage", &UNIFORM_USAGE.into()),
         ]));
         let part = object([("buffer", &buffer), ("size", &(ViewUniforms::SIZE as u32).into())]);
-        let bindings = bind(device, layout, &Array::of1(&bound(0, &part)));
+        let bindings = bind(device, layout, &list([&bound(0, &part)]));
         Uniforms { bytes, buffer, bindings }
     }
+}
+
+impl Survey {
+    fn new(device: &Device, layouts: &[JsValue; 4], size: [u32; 2]) -> Self {
+        let (texture, view) = create_target(device, size, &SURVEY_FORMAT.into());
+        let bindings = bind(device, &layouts[3], &list([&bound(SURVEY_BINDING, &view)]));
+        Survey { size, texture, view, bindings }
+    }
+}
+
+/// A texture that is drawn into and then read, and its view.
+fn create_target(device: &Device, size: [u32; 2], format: &JsValue) -> (Texture, JsValue) {
+    let texture = device.create_texture(&object([
+        ("size", &pair(size)),
+        ("format", format),
+        ("usage", &TARGET_USAGE.into()),
+    ]));
+    let view = texture.create_view();
+    (texture, view)
 }
 
 /// An entry of a bind group.
@@ -299,22 +343,27 @@ fn bind(device: &Device, layout: &JsValue, entries: &Array) -> JsValue {
 }
 
 fn pair([x, y]: [u32; 2]) -> Array {
-    Array::of2(&x.into(), &y.into())
+    list([&x.into(), &y.into()])
 }
 
-/// The view's uniforms, one block for each layer, the scene's tables, and a level of its colours.
-fn bind_group_layouts(device: &Device) -> [JsValue; 3] {
-    let entry = |binding: u32, kind: &str, what: Object| {
-        object([("binding", &binding.into()), ("visibility", &STAGES.into()), (kind, &what)])
-    };
-    let uniforms = entry(0, "buffer", object([("hasDynamicOffset", &true.into())]));
-    let table = |binding| entry(binding, "texture", object([("sampleType", &"uint".into())]));
-    let tables = (0..4).map(table).collect();
-    // Nothing said is a texture of floats, and a sampler that blends them.
-    let colors =
-        Array::of2(&entry(0, "texture", Object::new()), &entry(1, "sampler", Object::new()));
-    [Array::of1(&uniforms), tables, colors]
-        .map(|entries| device.create_bind_group_layout(&object([("entries", &entries)])))
+/// The view's uniforms, one block for each layer, the scene's tables, a level of its colours, and the survey: for the
+/// stages of vertices (1) and fragments (2). As JSON, for the code that would say it takes half a kilobyte more to download.
+const LAYOUTS: &str = r#"[
+[{"binding":0,"visibility":3,"buffer":{"hasDynamicOffset":true}}],
+[{"binding":0,"visibility":3,"texture":{"sampleType":"uint"}},
+{"binding":1,"visibility":3,"texture":{"sampleType":"uint"}},
+{"binding":2,"visibility":3,"texture":{"sampleType":"uint"}},
+{"binding":3,"visibility":3,"texture":{"sampleType":"uint"}}],
+[{"binding":0,"visibility":3,"texture":{}},{"binding":1,"visibility":3,"sampler":{}}],
+[{"binding":4,"visibility":3,"texture":{"sampleType":"uint"}}]
+]"#;
+
+fn bind_group_layouts(device: &Device) -> [JsValue; 4] {
+    // It is JSON.
+    let layouts: Array = JSON::parse(LAYOUTS).unwrap_or_default().unchecked_into();
+    std::array::from_fn(|i| {
+        device.create_bind_group_layout(&object([("entries", &layouts.get(i as u32))]))
+    })
 }
 
 /// Asks a device for the pipelines of a first frame, which the browser promises. Layouts that are made alike later
@@ -327,18 +376,23 @@ pub(super) fn pipelines(device: JsValue, format: &JsValue, shaders: &JsValue) ->
         device.create_render_pipeline_async(&descriptor)
     };
     // All before the first is waited for.
-    Array::of4(&promise(0), &promise(1), &promise(2), &promise(3))
+    FIRST.into_iter().map(promise).collect()
 }
 
 /// What the pipeline of a draw is made of.
 fn descriptor(
     device: &Device,
-    [uniforms, tables, colors]: &[JsValue; 3],
+    [uniforms, tables, colors, survey]: &[JsValue; 4],
     format: &JsValue,
     shaders: &JsValue,
     draw: usize,
 ) -> Object {
-    let groups = Array::of2(uniforms, if draw == FAR { colors } else { tables });
+    let survey_format = SURVEY_FORMAT.into();
+    let (groups, format) = match draw {
+        FAR => (list([uniforms, colors]), format),
+        SURVEY => (list([uniforms, tables]), &survey_format),
+        _ => (list([uniforms, tables, survey]), format),
+    };
     let layout = device.create_pipeline_layout(&object([("bindGroupLayouts", &groups)]));
     let [vertex, fragment] = picture::ENTRY_POINTS[draw];
     let vertex = object([("module", shaders), ("entryPoint", &vertex.into())]);
@@ -346,7 +400,7 @@ fn descriptor(
     let fragment = object([
         ("module", shaders),
         ("entryPoint", &fragment.into()),
-        ("targets", &Array::of1(&target)),
+        ("targets", &list([&target])),
     ]);
     object([("layout", &layout), ("vertex", &vertex), ("fragment", &fragment)])
 }

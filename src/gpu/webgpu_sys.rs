@@ -76,3 +76,8 @@ pub fn object<const N: usize>(fields: [(&str, &JsValue); N]) -> Object {
     }
     object
 }
+
+/// An array. [`Array`]'s own `of1` and its like would each be one more thing to import.
+pub fn list<const N: usize>(items: [&JsValue; N]) -> Array {
+    items.into_iter().collect()
+}

@@ -44,8 +44,14 @@ fn every_draw_is_valid_and_translates_to_webgl2() {
                     assert!(short.len() * 10 < stage.len() * 9, "{}", draw.fragment);
                     assert!(stage.starts_with("#version 300 es"), "{}: {stage}", draw.fragment);
                 }
-                let textures = if draw.fragment == "paint_far" { 1 } else { TEXTURES.len() };
-                for name in TEXTURES[..textures].iter().chain([&UNIFORMS]) {
+                let textures: &[usize] = match draw.fragment {
+                    "paint_far" => &[0],
+                    "survey_patch" => &[0, 1, 2, 3],
+                    "paint_one" | "paint_two" => &[0, 1, 2, 4],
+                    _ => &[0, 1, 2, 3, 4],
+                };
+                let textures = textures.iter().map(|&i| &TEXTURES[i]);
+                for name in textures.chain([&UNIFORMS]) {
                     let declared = format!(" {name}{}", if *name == UNIFORMS { "{" } else { ";" });
                     let is_there = |stage: &String| minify(stage).contains(&declared);
                     assert!(stages.iter().any(is_there), "{}: {name}", draw.fragment);
@@ -250,7 +256,7 @@ mod twins {
         flags: 19,
         reach: 22.0,
         texel: 34.0,
-        gap: [0; 2],
+        survey: [35, 36],
         pattern: [23.0, 24.0, 25.0, 26.0],
     };
 
@@ -281,6 +287,7 @@ mod twins {
             ("flags", vec![view.flags]),
             ("reach", float(&[view.reach])),
             ("texel", float(&[view.texel])),
+            ("survey", view.survey.to_vec()),
             ("pattern", float(&view.pattern)),
         ];
         let bytes = view.as_bytes();
