@@ -430,7 +430,9 @@ impl ViewUniforms {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gamma::Gamma;
     use crate::grid::Point;
+    use crate::model::{Block, Lists, Node, Region};
 
     const SIZE: [u32; 2] = [4000, 3000];
 
@@ -479,6 +481,44 @@ mod tests {
             // From the upper right of what it would be upright.
             assert_eq!([0, 1].map(|i| view.clip[i] - view.clip[2 + i]), [1.0, 1.0]);
         }
+    }
+
+    #[test]
+    fn what_the_survey_has_no_room_for_is_drawn_without_patches() {
+        let image = Image {
+            size: [64; 2],
+            kernel: Kernel::Quadratic,
+            gamma: Gamma::Voronoi,
+            block_log2: 6,
+            regions: vec![Region { color: [9; 4] }],
+            nodes: vec![Node { position: [0; 3], region: Some(0) }],
+            edges: Vec::new(),
+            faces: Vec::new(),
+            planes: Vec::new(),
+            lists: Lists::default(),
+            blocks: vec![Block::Solid(0)],
+        };
+        let camera = Camera::new(image.size, [800, 600]);
+        let target = Target { height: 600, origin: Origin::TopLeft, alpha: Alpha::Straight };
+        let mut frame = Frame::new(&camera, target, [800, 600], true);
+        let layer = |frame: &mut Frame<'_>| {
+            let placement = Placement::whole(image.size);
+            frame.layer(&placement, &image, Reach::default(), None).unwrap()
+        };
+        let first = layer(&mut frame);
+        let [width, height] = first.patches.count;
+        assert!(width > 1 && height > 1);
+        assert_eq!(first.area(Pass::Survey), Some([[0, 0], [width, height]]));
+        assert_eq!(first.draws(Pass::Survey).collect::<Vec<_>>(), [(SURVEY, [0, 3, 1])]);
+        assert_eq!(first.draws(Pass::Frame).count(), 3);
+        let second = layer(&mut frame);
+        assert_eq!(second.area(Pass::Survey), Some([[width, 0], [2 * width, height]]));
+        assert_eq!(frame.survey(), [2 * width, height]);
+        frame.shelves.place([1024, 2048 - height]);
+        let last = layer(&mut frame);
+        assert_eq!(last.area(Pass::Survey), None);
+        assert_eq!(last.area(Pass::Frame), first.area(Pass::Frame));
+        assert_eq!(last.draws(Pass::Frame).collect::<Vec<_>>(), [(2, [12, 6, 1])]);
     }
 
     #[test]
