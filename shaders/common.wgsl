@@ -6,8 +6,8 @@
 //
 // Loops end with their condition, and nothing returns from within one: a GPU that runs several pixels in step,
 // as software does, would run all of the body once more for none of them. And conditions are joined with & and |: && and
-// || are branches, of which GLSL has a line for each side. Nor does a branch of a large shader hang on uniforms alone: Mesa's
-// lavapipe compiles it anew for each draw, which takes milliseconds.
+// || are branches, of which GLSL has a line for each side. Nor does a branch of a large shader hang on uniforms alone if a
+// select will do: Mesa's lavapipe compiles such a shader anew for each draw, which takes milliseconds.
 
 struct View {
     // Where the picture ends, in pixels of the viewport: left, top, right, lower. All but the target is as if the view
@@ -19,7 +19,8 @@ struct View {
     turn: vec4<f32>,
     // From places of the viewport to the target's, in halves of either's size from the middle: two columns.
     clip: vec4<f32>,
-    // The scene's pixel that holds the middle of the view, and the middle's place in it; from close by 0.
+    // The scene's pixel that holds the middle of the view, and the middle's place in it. From close by 0 and the last pixel
+    // are further than any place from the one, and the other is 0.
     anchor: vec2<i32>,
     offset: vec2<f32>,
     // The last pixel of the scene that is shown.
@@ -41,7 +42,7 @@ struct View {
     sub_pixel: f32,
     // Sub-samples along an axis of a screen pixel.
     samples: u32,
-    // log2 of the width of a block, in pixels of the scene.
+    // log2 of the width of a block, in pixels of the scene; from close by 1.
     block_log2: u32,
     // The width of a patch.
     patch_width: f32,

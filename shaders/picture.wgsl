@@ -4,7 +4,7 @@
 // Each draw has all patches, and those of other kinds have no area. Without PATCHES there is one, of the rest, and it is all
 // of the target.
 
-// What the survey says of patches: see survey.wgsl. It has a binding of its own, for it is painted by what reads all others.
+// What the survey says of patches: see survey.wgsl. It has a group of its own, for it is painted by what reads all others.
 @group(2) @binding(4) var survey: texture_2d<u32>;
 
 // How near to zero a cut that parts nothing may come before a pixel is taken for one of both sides, in units of value a
@@ -63,7 +63,7 @@ fn place_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) row
             var cut = cut_of(cell.word, candidates.x) - cut_of(cell.word, candidates.y);
             // One region is as if it were the positive side of a boundary that is far away.
             cut[0].x += f32(candidates.x == candidates.y);
-            let near = 0.5 * view.patch_width + view.pixel;
+            let near = near_patch();
             let low = (place - near - cell.start) / cell.width;
             let high = (place + near - cell.start) / cell.width;
             let is_antialiased = (view.flags & ANTIALIAS) != 0u;

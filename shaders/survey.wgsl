@@ -1,5 +1,5 @@
 // What each patch of a scene is. A pass of its own finds it out, once a patch, and paints it into a texture: for each patch a
-// texel. Its corners, eighteen for all three draws, only look it up there.
+// texel. Its corners, eighteen for all three draws, look it up there, and what they hand on of a boundary in its cell.
 
 // What a patch is: of one region, of two with a boundary between them, or the rest. Also the number of the draw that paints it.
 const OF_ONE = 0u;
@@ -17,6 +17,11 @@ fn crossing(at: vec2<u32>) -> vec2<f32> {
 // The middle of a patch, in pixels of the scene from the anchor.
 fn middle_of_patch(at: vec2<u32>) -> vec2<f32> {
     return view.start + (vec2<f32>(at) + 0.5) * view.patch_width;
+}
+
+// How far from there its pixels see: those at its edges what is beyond.
+fn near_patch() -> f32 {
+    return 0.5 * view.patch_width + view.pixel;
 }
 
 // Regions that are seen between two places of a cell: how many, of which two are told, and which of the cell's candidates
@@ -134,8 +139,8 @@ fn survey_patch(@builtin(position) position: vec4<f32>) -> @location(0) vec4<u32
     let at = vec2<u32>(position.xy) - view.survey;
     let place = middle_of_patch(at);
     let cell = whereabouts(place);
-    // Pixels at the patch's edges see what is beyond, and outlines from further away.
-    let near = 0.5 * view.patch_width + view.pixel;
+    // Outlines are seen from further away.
+    let near = near_patch();
     let reach = 0.5 * view.patch_width + pixels_seen(0.0);
     let is_part = (cell.width < view.patch_width) & ((view.flags & CLOSE) == 0u);
     var word = select(cell.word, NONE, is_part | (view.samples > 1u));

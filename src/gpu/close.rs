@@ -58,7 +58,7 @@ impl Close {
         Some(close)
     }
 
-    /// The place of each table that is bound, where the two of [`room`](Self::room) come after a
+    /// The place of each table that is bound, where the three of [`room`](Self::room) come after a
     /// scene's own.
     #[cfg(target_arch = "wasm32")]
     pub const PLACES: [usize; 4] = [4, 5, 6, 3];

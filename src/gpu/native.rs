@@ -190,7 +190,7 @@ impl Gpu {
     pub fn draw(
         &self,
         layers: &[(&Scene, Layer)],
-        size: [u32; 2],
+        surveyed: [u32; 2],
         view: &wgpu::TextureView,
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<()> {
@@ -202,23 +202,23 @@ impl Gpu {
                 self.write(table, [0, 0], [table.width(), table.height()], &bytes);
             }
         }
-        let survey = self.survey(size);
+        let survey = self.survey(surveyed);
         let bindings = [&uniforms, &survey.bindings];
         let mut place = 0;
         let mut frame = Vec::with_capacity(layers.len());
         for (scene, layer) in layers {
             for ((level, _), layer) in self.levels(scene).iter().zip(&layer.first) {
                 let layers = [(*scene, layer, place)];
-                self.paint(Pass::Frame, level, encoder, bindings, &layers);
+                self.paint(Pass::Paint, level, encoder, bindings, &layers);
                 place += UNIFORM_STEP;
             }
             frame.push((*scene, layer, place));
             place += UNIFORM_STEP;
         }
-        if size != [0; 2] {
+        if surveyed != [0; 2] {
             self.paint(Pass::Survey, &survey.view, encoder, bindings, &frame);
         }
-        self.paint(Pass::Frame, view, encoder, bindings, &frame);
+        self.paint(Pass::Paint, view, encoder, bindings, &frame);
         Ok(())
     }
 
@@ -253,7 +253,7 @@ impl Gpu {
             ..Default::default()
         });
         // What is painted is not to be read.
-        if pass == Pass::Frame {
+        if pass == Pass::Paint {
             to.set_bind_group(2, survey, &[]);
         }
         for &(scene, layer, place) in layers {

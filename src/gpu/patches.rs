@@ -16,8 +16,8 @@ const NARROW: f64 = 16.0;
 const FINEST: f64 = 1.0 / 64.0;
 
 /// How large the survey is at most, the texture that says what a frame's patches are: every WebGL2 device has them as
-/// large, and one scene's patches are no more than that.
-const SURVEY: [u32; 2] = [1024, 2048];
+/// large, and one scene's patches are more only on a canvas of 16,384 pixels.
+const LARGEST: [u32; 2] = [1024, 2048];
 
 /// Equal squares that cover what is seen of a scene. Each lies in one pixel of the scene or is made of whole
 /// ones; from close by they are squares of the screen, and the cells' borders are theirs.
@@ -110,12 +110,12 @@ impl Shelves {
 
     /// Room for so many patches along each axis: where the upper left one stands. `None` where there is none left.
     pub fn place(&mut self, [width, height]: [u32; 2]) -> Option<[u32; 2]> {
-        if self.next[0] + width > SURVEY[0] {
+        if self.next[0] + width > LARGEST[0] {
             self.next = [0, self.size[1]];
         }
         let at = self.next;
         let to = [at[0] + width, at[1] + height];
-        if to[0] > SURVEY[0] || to[1] > SURVEY[1] {
+        if to[0] > LARGEST[0] || to[1] > LARGEST[1] {
             return None;
         }
         self.next[0] = to[0];

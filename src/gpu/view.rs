@@ -64,8 +64,8 @@ pub(super) const UNIFORM_STEP: u32 = 256;
 pub(super) enum Pass {
     /// What patches are, into a texture.
     Survey,
-    /// The frame itself, or a level.
-    Frame,
+    /// What is seen, into the frame or a level.
+    Paint,
 }
 
 /// A scene's part of a frame.
@@ -212,8 +212,6 @@ impl Layer {
                 flags: ViewUniforms::ANTIALIAS,
                 reach: 0.0,
                 texel: 0.5 * width,
-                // What a vertex is part of hangs on how many there are.
-                patches: Patches::ONE.count,
                 ..frame
             };
             Layer {
@@ -243,7 +241,7 @@ impl Layer {
     pub fn area(&self, pass: Pass) -> Option<[[u32; 2]; 2]> {
         match pass {
             Pass::Survey => self.survey(),
-            Pass::Frame => Some(self.own),
+            Pass::Paint => Some(self.own),
         }
     }
 
@@ -269,8 +267,8 @@ impl Layer {
             (one, is_plain),
             (two, is_plain),
             (rest, !is_far && !is_survey),
-            ((FAR, all), is_far),
-            ((SURVEY, all), is_survey),
+            ((FAR, all), is_far && !is_survey),
+            ((SURVEY, all), is_survey && self.survey().is_some()),
         ]
         .into_iter()
         .filter_map(|(draw, is_wanted)| is_wanted.then_some(draw))
@@ -303,11 +301,11 @@ pub struct ViewUniforms {
     pub turn: [f32; 4],
     /// The same the other way, in shares of half of either's width and height from the middle, upwards in the target.
     pub clip: [f32; 4],
-    /// The scene's pixel that holds the middle of the view.
+    /// The scene's pixel that holds the middle of the view; with [`CLOSE`](Self::CLOSE) so far on that 0 is no rim.
     pub anchor: [i32; 2],
     /// The middle's place in it, each in `[0, 1]`; with [`CLOSE`](Self::CLOSE) 0.
     pub offset: [f32; 2],
-    /// The last pixel of the scene that is shown.
+    /// The last pixel of the scene that is shown; with [`CLOSE`](Self::CLOSE) as far on again.
     pub last: [i32; 2],
     /// The middle of the viewport in screen pixels.
     pub middle: [f32; 2],
@@ -328,7 +326,7 @@ pub struct ViewUniforms {
     pub sub_pixel: f32,
     /// Sub-samples along an axis of a screen pixel.
     pub samples: u32,
-    /// log₂ of the width of a block in pixels of the scene.
+    /// log₂ of the width of a block in pixels of the scene; with [`CLOSE`](Self::CLOSE) 1.
     pub block_log2: u32,
     /// The width of a patch, likewise.
     pub patch_width: f32,
@@ -510,15 +508,15 @@ mod tests {
         assert!(width > 1 && height > 1);
         assert_eq!(first.area(Pass::Survey), Some([[0, 0], [width, height]]));
         assert_eq!(first.draws(Pass::Survey).collect::<Vec<_>>(), [(SURVEY, [0, 3, 1])]);
-        assert_eq!(first.draws(Pass::Frame).count(), 3);
+        assert_eq!(first.draws(Pass::Paint).count(), 3);
         let second = layer(&mut frame);
         assert_eq!(second.area(Pass::Survey), Some([[width, 0], [2 * width, height]]));
         assert_eq!(frame.survey(), [2 * width, height]);
         frame.shelves.place([1024, 2048 - height]);
         let last = layer(&mut frame);
         assert_eq!(last.area(Pass::Survey), None);
-        assert_eq!(last.area(Pass::Frame), first.area(Pass::Frame));
-        assert_eq!(last.draws(Pass::Frame).collect::<Vec<_>>(), [(2, [12, 6, 1])]);
+        assert_eq!(last.area(Pass::Paint), first.area(Pass::Paint));
+        assert_eq!(last.draws(Pass::Paint).collect::<Vec<_>>(), [(2, [12, 6, 1])]);
     }
 
     #[test]

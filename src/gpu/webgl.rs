@@ -5,10 +5,10 @@ use super::close::Close;
 use super::pack::{Format, Packed, Table};
 use super::patches::larger;
 use super::picture;
-use super::view::{Layer, Pass, SURVEY_BINDING};
+use super::view::{Layer, Pass, SURVEY, SURVEY_BINDING};
 use crate::error::{Error, Result};
 use js_sys::Array;
-use std::cell::{Cell, OnceCell, RefCell};
+use std::cell::{OnceCell, RefCell};
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{
     OffscreenCanvas, WebGl2RenderingContext as Gl, WebGlFramebuffer, WebGlProgram, WebGlTexture,
@@ -25,10 +25,9 @@ pub(super) struct WebGl {
     shaders: Array,
     /// What is drawn into that is not the canvas.
     framebuffer: Option<WebGlFramebuffer>,
-    /// What patches of a frame's scenes are: a table that is painted before these are. As large as a frame needed it so
-    /// far.
-    survey: RefCell<Option<WebGlTexture>>,
-    survey_size: Cell<[u32; 2]>,
+    /// What patches of a frame's scenes are: a texture that is painted before these are, and its size, which is as
+    /// large as a frame needed it so far.
+    survey: RefCell<(Option<WebGlTexture>, [u32; 2])>,
     max_side: u32,
 }
 
@@ -58,12 +57,12 @@ impl WebGl {
         let max_side = max_side.unwrap_or(0.0) as u32;
         let framebuffer = gl.create_framebuffer();
         let programs = [const { OnceCell::new() }; picture::ENTRY_POINTS.len()];
-        let (survey, survey_size) = Default::default();
-        let own =
-            WebGl { gl, canvas, programs, shaders, framebuffer, survey, survey_size, max_side };
-        // Asked for now, so that a driver that refuses it is told of before anything is drawn. Of the draws of most first
-        // frames, which show all of a picture, it is the one with most in it.
+        let survey = Default::default();
+        let own = WebGl { gl, canvas, programs, shaders, framebuffer, survey, max_side };
+        // Asked for now, so that a driver that refuses them is told of before anything is drawn. Of the draws of most first
+        // frames, which show all of a picture, they are those with most in them.
         own.program(3)?;
+        own.program(SURVEY)?;
         Ok(own)
     }
 
@@ -116,7 +115,12 @@ impl WebGl {
     }
 
     /// Draws scenes, whose survey is so large, on the canvas, `size` large, one over the other.
-    pub fn draw(&self, layers: &[(&Scene, Layer)], survey: [u32; 2], size: [u32; 2]) -> Result<()> {
+    pub fn draw(
+        &self,
+        layers: &[(&Scene, Layer)],
+        surveyed: [u32; 2],
+        size: [u32; 2],
+    ) -> Result<()> {
         let gl = &self.gl;
         if gl.is_context_lost() {
             return Err(lost(gl));
@@ -128,7 +132,7 @@ impl WebGl {
         }
         gl.enable(Gl::SCISSOR_TEST);
         gl.bind_framebuffer(Gl::FRAMEBUFFER, self.framebuffer.as_ref());
-        let made = self.prepare(layers, survey);
+        let made = self.prepare(layers, surveyed);
         gl.bind_framebuffer(Gl::FRAMEBUFFER, None);
         made?;
         gl.viewport(0, 0, width as i32, height as i32);
@@ -139,51 +143,46 @@ impl WebGl {
             let [from, to] = layer.own.map(|at| at.map(|n| n as i32));
             // Rows are counted from below.
             gl.scissor(from[0], height as i32 - to[1], to[0] - from[0], to[1] - from[1]);
-            self.paint(Pass::Frame, scene, layer)?;
+            self.paint(Pass::Paint, scene, layer)?;
         }
         Ok(())
     }
 
     /// Draws what the frame itself is made of, into textures that take the bound framebuffer.
-    fn prepare(&self, layers: &[(&Scene, Layer)], size: [u32; 2]) -> Result<()> {
+    fn prepare(&self, layers: &[(&Scene, Layer)], surveyed: [u32; 2]) -> Result<()> {
         let gl = &self.gl;
-        self.make_room(size)?;
         for (scene, layer) in layers {
             self.make_levels(scene, &layer.first)?;
         }
-        if size == [0; 2] {
-            return Ok(());
+        // There is a survey even where nothing is surveyed: shaders have a place for it.
+        let (texture, size) = &mut *self.survey.borrow_mut();
+        if let Some(larger) = larger(*size, surveyed) {
+            gl.delete_texture(texture.as_ref());
+            *texture = Some(gl.create_texture().ok_or_else(|| lost(gl))?);
+            self.bind_survey(texture.as_ref());
+            self.fill(&Table { format: Format::Rgba32Uint, size: larger, bytes: &[] })?;
+            *size = larger;
         }
-        // What is painted is not to be read, not even by what does not read it.
-        self.bind_survey(None);
-        let survey = self.survey.borrow();
-        self.paint_on(survey.as_ref(), self.survey_size.get());
-        for (scene, layer) in layers {
-            if let Some([low, high]) = layer.area(Pass::Survey) {
-                let [x, y, width, height] = [low[0], low[1], high[0] - low[0], high[1] - low[1]];
-                gl.scissor(x as i32, y as i32, width as i32, height as i32);
-                self.paint(Pass::Survey, scene, layer)?;
+        if surveyed != [0; 2] {
+            // What is painted is not to be read, not even by what does not read it.
+            self.bind_survey(None);
+            self.paint_on(texture.as_ref(), *size);
+            for (scene, layer) in layers {
+                if let Some([low, high]) = layer.area(Pass::Survey) {
+                    let size = [high[0] - low[0], high[1] - low[1]].map(|n| n as i32);
+                    gl.scissor(low[0] as i32, low[1] as i32, size[0], size[1]);
+                    self.paint(Pass::Survey, scene, layer)?;
+                }
             }
         }
-        self.bind_survey(survey.as_ref());
+        // Whatever else has been bound there meanwhile.
+        self.bind_survey(texture.as_ref());
         Ok(())
     }
 
     fn bind_survey(&self, survey: Option<&WebGlTexture>) {
         self.gl.active_texture(Gl::TEXTURE0 + SURVEY_BINDING);
         self.gl.bind_texture(Gl::TEXTURE_2D, survey);
-    }
-
-    /// Has the survey be as large as that, if it is smaller. There is one even where nothing is surveyed.
-    fn make_room(&self, needed: [u32; 2]) -> Result<()> {
-        if let Some(size) = larger(self.survey_size.get(), needed) {
-            let texture = self.gl.create_texture().ok_or_else(|| lost(&self.gl))?;
-            self.bind_survey(Some(&texture));
-            self.fill(&Table { format: Format::Rgba32Uint, size, bytes: &[] })?;
-            self.survey_size.set(size);
-            self.gl.delete_texture(self.survey.replace(Some(texture)).as_ref());
-        }
-        Ok(())
     }
 
     /// Has the bound framebuffer take all of a texture.
@@ -211,7 +210,7 @@ impl WebGl {
                 scene.levels.borrow_mut().push(texture);
             }
             self.paint_on(scene.levels.borrow().get(i), size);
-            self.paint(Pass::Frame, scene, layer)?;
+            self.paint(Pass::Paint, scene, layer)?;
         }
         Ok(())
     }

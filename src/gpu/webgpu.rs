@@ -202,7 +202,7 @@ impl WebGpu {
             let attachments = list([&attachment]);
             let to = encoder.begin_render_pass(&object([("colorAttachments", &attachments)]));
             let none = Array::new();
-            if pass == Pass::Frame {
+            if pass == Pass::Paint {
                 to.set_bind_group(2, &survey.bindings, &none);
             }
             for &(scene, layer, place) in layers {
@@ -223,7 +223,7 @@ impl WebGpu {
         let mut last = Vec::with_capacity(layers.len());
         for (scene, layer) in layers {
             for (first, level) in layer.first.iter().zip(self.levels(scene, &layer.first)) {
-                paint(Pass::Frame, &level.view, &[(*scene, first, place)]);
+                paint(Pass::Paint, &level.view, &[(*scene, first, place)]);
                 place += UNIFORM_STEP;
             }
             last.push((*scene, layer, place));
@@ -232,7 +232,7 @@ impl WebGpu {
         if surveyed != [0; 2] {
             paint(Pass::Survey, &survey.view, &last);
         }
-        paint(Pass::Frame, &frame.create_view(), &last);
+        paint(Pass::Paint, &frame.create_view(), &last);
         self.queue.submit(&list([&encoder.finish()]));
         Ok(())
     }
