@@ -76,7 +76,7 @@ impl Renderer {
         gl: WebGl2RenderingContext,
         shaders: Array,
     ) -> Result<Self> {
-        Ok(Renderer { device: Device::WebGl(WebGl::new(canvas.clone(), gl, shaders)?), canvas })
+        Ok(Renderer { device: Device::WebGl(WebGl::new(gl, shaders)?), canvas })
     }
 
     /// The back end in use: `webgpu` or `webgl2`.
@@ -158,6 +158,11 @@ impl Renderer {
         if size.contains(&0) {
             return Ok(());
         }
+        let [width, height] = size;
+        if self.canvas.width() != width || self.canvas.height() != height {
+            self.canvas.set_width(width);
+            self.canvas.set_height(height);
+        }
         let origin = match self.device {
             Device::WebGpu(_) => Origin::TopLeft,
             Device::WebGl(_) => Origin::BottomLeft,
@@ -175,7 +180,7 @@ impl Renderer {
                     Textures::WebGpu(scene) => Ok((scene, layer)),
                     Textures::WebGl(_) => Err(foreign()),
                 });
-                device.draw(&own.collect::<Result<Vec<_>>>()?, frame.survey(), size)
+                device.draw(&own.collect::<Result<Vec<_>>>()?, frame.survey())
             }
             Device::WebGl(device) => {
                 let own = layers.map(|(scene, layer)| match scene {

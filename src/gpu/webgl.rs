@@ -11,14 +11,12 @@ use js_sys::Array;
 use std::cell::{OnceCell, RefCell};
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{
-    OffscreenCanvas, WebGl2RenderingContext as Gl, WebGlFramebuffer, WebGlProgram, WebGlTexture,
-    WebglLoseContext,
+    WebGl2RenderingContext as Gl, WebGlFramebuffer, WebGlProgram, WebGlTexture, WebglLoseContext,
 };
 
 /// A WebGL2 context with the programs that paint scenes, and a buffer for uniforms in use.
 pub(super) struct WebGl {
     gl: Gl,
-    canvas: OffscreenCanvas,
     /// One for each of the draws, linked when one is first needed.
     programs: [OnceCell<WebGlProgram>; picture::ENTRY_POINTS.len()],
     /// Of each draw its shaders' texts.
@@ -49,7 +47,7 @@ impl Drop for Scene {
 }
 
 impl WebGl {
-    pub fn new(canvas: OffscreenCanvas, gl: Gl, shaders: Array) -> Result<Self> {
+    pub fn new(gl: Gl, shaders: Array) -> Result<Self> {
         let uniforms = gl.create_buffer().ok_or_else(|| lost(&gl))?;
         gl.bind_buffer_base(Gl::UNIFORM_BUFFER, 0, Some(&uniforms));
         // Asked now: a lost context says nothing.
@@ -58,7 +56,7 @@ impl WebGl {
         let framebuffer = gl.create_framebuffer();
         let programs = [const { OnceCell::new() }; picture::ENTRY_POINTS.len()];
         let survey = Default::default();
-        let own = WebGl { gl, canvas, programs, shaders, framebuffer, survey, max_side };
+        let own = WebGl { gl, programs, shaders, framebuffer, survey, max_side };
         // Asked for now, so that a driver that refuses them is told of before anything is drawn. Of the draws of most first
         // frames, which show all of a picture, they are those with most in them.
         own.program(3)?;
@@ -126,10 +124,6 @@ impl WebGl {
             return Err(lost(gl));
         }
         let [width, height] = size;
-        if self.canvas.width() != width || self.canvas.height() != height {
-            self.canvas.set_width(width);
-            self.canvas.set_height(height);
-        }
         gl.enable(Gl::SCISSOR_TEST);
         gl.bind_framebuffer(Gl::FRAMEBUFFER, self.framebuffer.as_ref());
         let made = self.prepare(layers, surveyed);

@@ -25,11 +25,10 @@ const UNIFORM_USAGE: u32 = 0x08 | 0x40;
 
 const SURVEY_FORMAT: &str = "rgba32uint";
 
-/// A WebGPU device, the pipelines that paint scenes, and the canvas it draws on.
+/// A WebGPU device, the pipelines that paint scenes, and the context of the canvas it draws on.
 pub(super) struct WebGpu {
     device: Device,
     queue: Queue,
-    canvas: OffscreenCanvas,
     context: Context,
     layouts: [JsValue; 4],
     format: JsValue,
@@ -107,7 +106,7 @@ impl Drop for Scene {
 impl WebGpu {
     /// Draws on a canvas whose context a device has.
     pub fn new(taken: Taken) -> Self {
-        let Taken { canvas, context, device, format, shaders, pipelines, faults } = taken;
+        let Taken { canvas: _, context, device, format, shaders, pipelines, faults } = taken;
         let device: Device = device.unchecked_into();
         let layouts = bind_group_layouts(&device);
         let own = [const { OnceCell::new() }; picture::ENTRY_POINTS.len()];
@@ -116,7 +115,6 @@ impl WebGpu {
         }
         WebGpu {
             queue: device.queue(),
-            canvas,
             context: context.unchecked_into(),
             uniforms: RefCell::new(Uniforms::new(&device, &layouts[0], 16 * UNIFORM_STEP as usize)),
             survey: RefCell::new(Survey::new(&device, &layouts, [64; 2])),
@@ -158,19 +156,9 @@ impl WebGpu {
         self.write(&scene.tables[Packed::STYLES], at, size, bytemuck::cast_slice(words));
     }
 
-    /// Draws scenes, whose survey is so large, on the canvas, `size` large, one over the other.
-    pub fn draw(
-        &self,
-        layers: &[(&Scene, Layer)],
-        surveyed: [u32; 2],
-        size: [u32; 2],
-    ) -> Result<()> {
+    /// Draws scenes, whose survey is so large, on the canvas, one over the other.
+    pub fn draw(&self, layers: &[(&Scene, Layer)], surveyed: [u32; 2]) -> Result<()> {
         self.check()?;
-        let [width, height] = size;
-        if self.canvas.width() != width || self.canvas.height() != height {
-            self.canvas.set_width(width);
-            self.canvas.set_height(height);
-        }
         let Ok(frame) = self.context.current_texture() else {
             return Err(Error::Gpu("the WebGPU canvas gave no frame".into()));
         };
