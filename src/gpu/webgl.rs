@@ -221,7 +221,10 @@ impl WebGl {
             gl.active_texture(Gl::TEXTURE0);
             gl.bind_texture(Gl::TEXTURE_2D, scene.levels.borrow().get(level));
         }
-        let words = layer.close.iter().flat_map(Close::words);
+        // Once a frame: its first pass has them written. Without a survey that is the only one.
+        let is_first = pass == Pass::Survey || layer.area(Pass::Survey).is_none();
+        let close = if is_first { &layer.close } else { &None };
+        let words = close.iter().flat_map(Close::words);
         for ((unit, table), bytes) in (Gl::TEXTURE0..).zip(Close::room()).zip(words) {
             gl.active_texture(unit);
             self.write(table.format, [0, 0], table.size, &bytes)?;
