@@ -71,10 +71,12 @@ for (const backend of [...harness.BACKENDS, 'cpu']) {
         await viewer.painted;
       }, picked);
       assert.deepEqual(middle(await matches(page, `${backend}-absorber`)), [1, 99, 2, 255]);
+      // A pick tells what is drawn: until that is painted, one absorbs the other.
       await page.evaluate(
-        ([before, picked]) => {
+        async ([before, picked]) => {
           const viewer = document.querySelector('istar-viewer');
           viewer.setStyle([before, picked], null);
+          await viewer.painted;
         },
         [before, picked],
       );
